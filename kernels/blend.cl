@@ -4,8 +4,8 @@
 // Departs from the paper: the distance in Eq. 7 is taken in space and the weight ends at a fit's
 // reach; the factor 1/b^2 is left out (it lowers the weight of similar groups); and b's growth with
 // similarity is taken to its limit: similar fits form a sheet that is averaged, two sheets meet in
-// the curve where they intersect. Sheets that turn away from the eye end the surface in the same way
-// (docs/method.md).
+// the curve where they intersect. Sheets that turn away from the eye end the surface in the same way,
+// and so does the mean of those that a ray grazes (docs/method.md).
 //
 // Fits are listed by tile of 16x16 samples, as samples are (samples.cl).
 //
@@ -110,7 +110,7 @@ inline int list_lanes(const intv set, const int k, int* place, const int before)
 typedef struct {
   floatv depth;       // particle radii; +infinity where no fit is met
   floatv nx, ny, nz;  // unit, eye axes
-  floatv trust;       // of the fits met, 0 .. 1, plus ON_EDGE or ENDED
+  floatv trust;       // of the fits met, 0 .. 1, plus ON_EDGE, ENDED or PASSED
   intv group;         // the heaviest
 } Blended;
 
@@ -152,7 +152,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   floatv best = none;
   intv best_group = (intv)(-1);
   floatv ax = none, ay = none, az = none;
-  floatv trust = none, firm = none;
+  floatv trust = none, firm = none, height = none;
   Sums A, B;  // A: as if all hits were of one sheet
   clear_sums(&A);
   for (int from = 0; from < listed.met.count; from += BLOCK) {
@@ -172,6 +172,9 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       const int fit = listed.met.fit[place[n]];
       Hit hit;
       if (!weigh_fit(fits, fit, s, d_max, entry[n], &hit)) continue;
+      // Fits that a ray grazes are company, too.
+      firm = fma(hit.weight, (floatv)(fits.record[FIT * fit + 14]), firm);
+      fade_hit(entry[n], &hit);
       if (kept < CACHED) {
         cache[kept] = hit;
         cached_group[kept++] = fit;
@@ -185,7 +188,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       ay = SELECT(ay, hit.gy, better);
       az = SELECT(az, hit.gz, better);
       trust = fma(hit.weight, (floatv)(fits.record[FIT * fit + 12]), trust);
-      firm = fma(hit.weight, (floatv)(fits.record[FIT * fit + 14]), firm);
+      height = fma(hit.weight, entry[n].height, height);
       add_hit(&A, fits.foot + 4 * fit, s, hit, (floatv)(1.0f));
     }
   }
@@ -335,7 +338,10 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   out.trust = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), (floatv)(1.0f)) *
               smooth_step(ALONE, COMPANY, firm);
   const intv edge = (B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= crease);
-  out.trust += SELECT(SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge), (floatv)(ENDED), ended);
+  // What is not trusted ends nothing: the field may go on there.
+  const intv passed = (height > OVER * (A.w + B.w)) & (out.trust > 0.5f);
+  const floatv on_edge = SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge);
+  out.trust += SELECT(SELECT(on_edge, (floatv)(ENDED), ended), (floatv)(PASSED), passed);
   *blended = out;
 }
 

@@ -29,6 +29,12 @@ inline float leeway_of(global const float* fit) { return fit[15]; }
 #define ALONE 0.002f
 #define COMPANY 0.015f
 
+// A ray that passes by a fit's fluid, but less than GRAZE above it, meets it where it comes nearest:
+// weights fade (fade_hit) instead of breaking off where a sheet turns away from the eye. From OVER on,
+// in the mean of the fits that it meets, it has passed by the surface.
+#define GRAZE 0.3f  // particle radii
+#define OVER 0.06f
+
 typedef struct {
   floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)
   floatv dx, dy;     // direction (dx, dy, -1)
@@ -111,9 +117,10 @@ inline void add_to_sheet(Sums* s, const floatv weight, const floatv value, const
   s->uz = fma(u, pz, s->uz);
 }
 
-// Where rays enter a fit's fluid, and how far from its foot, in reaches: infinite where they do not.
+// Where rays enter a fit's fluid or graze it, and how far from its foot, in reaches: infinite where
+// they do neither. And how high above it they pass, within GRAZE; below 0 where they enter.
 typedef struct {
-  floatv tau, squared;
+  floatv tau, squared, height;
 } Entry;
 
 inline int counts(const Entry e) { return ANY(e.squared < 1.0f); }
@@ -136,11 +143,15 @@ inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const floa
   const intv falls = B < 0.0f;
   const floatv sum = fabs(B) + sqrt(D);
   const floatv root_tau = SELECT(-sum, 2.0f * C, falls) / SELECT(2.0f * A, sum, falls);
-  const intv met = fabs(root_tau) <= 4.0f * d_max;
-  const floatv tau = SELECT(none, root_tau, met);
+  const floatv least = -0.25f * D / A;  // of f, where it has a least value along the ray
+  const intv bent = A > 0.0f, grazed = bent & (least > 0.0f) & (least < GRAZE);
+  const floatv at = SELECT(root_tau, -0.5f * B / A, grazed);
+  const intv met = fabs(at) <= SELECT((floatv)(4.0f), (floatv)(1.0f), grazed) * d_max;
+  const floatv tau = SELECT(none, at, met);
   const floatv px = fma(tau, s.dx, x), py = fma(tau, s.dy, y), pz = z - tau;
   const floatv squared = square_of(px, py, pz) * g[10];
-  const Entry e = {tau, SELECT((floatv)(INFINITY), squared, met)};
+  const Entry e = {tau, SELECT((floatv)(INFINITY), squared, met),
+                   SELECT((floatv)(-GRAZE), larger(least, (floatv)(-GRAZE)), bent)};
   return e;
 }
 
@@ -169,8 +180,16 @@ inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float
   return ANY(hit->weight > 0.0f);
 }
 
-// Returns whether any ray enters a fit's fluid within its reach.
+inline void fade_hit(const Entry e, Hit* hit) {
+  const floatv rest = 1.0f - larger(e.height, (floatv)(0.0f)) * (1.0f / GRAZE);
+  hit->weight *= rest * rest;
+  hit->pull *= rest * rest;
+}
+
+// Returns whether any ray enters a fit's fluid, or grazes it, within its reach.
 inline int hit_fit(const Fits fits, const int fit, const Sample s, const float d_max, Hit* hit) {
   const Entry e = meet_fit(fits, fit, s, d_max);
-  return counts(e) && weigh_fit(fits, fit, s, d_max, e, hit);
+  if (!counts(e) || !weigh_fit(fits, fit, s, d_max, e, hit)) return 0;
+  fade_hit(e, hit);
+  return 1;
 }

@@ -26,6 +26,7 @@ enum { NEARER = 0, NEARER_UNLESS = 1, FINITE = 2 };
 // Added to the trust in a blended sample.
 #define ON_EDGE 2.0f  // at a convex crease: the density is low there although the sheets go on
 #define ENDED 4.0f    // beyond a convex edge of the fluid
+#define PASSED 8.0f   // over the surface, which the ray does not enter
 
 // Where samples lie on the screen: sample (i, j) at pixel (first + i step, first + j step).
 RECORD(Lattice) {

@@ -156,12 +156,21 @@ inline floatv density_on(const Cells cells, global const float* weight, const Ra
 }
 
 // Blended samples carry where they lie with their trust (blend.cl): at a convex crease the sheets
-// vouch for each other down to a third of the contour's density, beyond an edge nothing shows.
-inline floatv trust_of(const floatv carried, intv* on_edge, intv* ended) {
-  *ended = carried > ENDED - 0.5f;
-  *on_edge = !*ended & (carried > ON_EDGE - 0.5f);
-  return carried -
-         SELECT(SELECT((floatv)(0.0f), (floatv)(ON_EDGE), *on_edge), (floatv)(ENDED), *ended);
+// vouch for each other down to a third of the contour's density, beyond an edge nothing shows, nor
+// where the ray has passed by the surface.
+typedef struct {
+  floatv trust;
+  intv on_edge, ended, passed;  // ended where passed, too
+} Carried;
+
+inline Carried carried_by(const floatv carried) {
+  Carried c;
+  c.passed = carried > PASSED - 0.5f;
+  c.ended = carried > ENDED - 0.5f;
+  c.on_edge = !c.ended & (carried > ON_EDGE - 0.5f);
+  const floatv added = SELECT((floatv)(0.0f), (floatv)(ON_EDGE), c.on_edge);
+  c.trust = carried - SELECT(SELECT(added, (floatv)(ENDED), c.ended), (floatv)(PASSED), c.passed);
+  return c;
 }
 
 // The density below which the surface has ended.
@@ -184,7 +193,7 @@ inline void mark_splash(const int* at, const intv wanted, global int* group, glo
 typedef struct {
   floatv t0, t;    // depths of the reference and of the blend
   floatv contour;  // the density that doubted samples need
-  intv gone, doubted, mixed;
+  intv gone, passed, doubted, mixed;  // passed: gone because the ray has passed by
 } Verdict;
 
 // Where the groups are trusted, the blend stays if it lies on a kept triangle or if the density at
@@ -206,29 +215,32 @@ inline Verdict judge(const int* at, const intv listed, global const float* trian
   const intv blended = live & met;
   floatv carried = none;
   if (ANY(blended)) carried = SELECT(none, gather_float(trust, at), blended);
-  intv on_edge, ended;
-  const floatv trusted = trust_of(carried, &on_edge, &ended);
-  v.contour = contour_of(on_edge, limits);
-  const intv sure = live & (ended | (trusted >= 1.0f));
+  const Carried c = carried_by(carried);
+  v.contour = contour_of(c.on_edge, limits);
+  const intv sure = live & (c.ended | (c.trust >= 1.0f));
   intv alone = sure;
   if (ANY(sure)) alone &= !(fabs(v.t - gather_float(triangle, at)) < limits.vouching);
-  v.gone = alone & ended;
-  v.doubted = alone & !ended;
-  v.mixed = live & !v.gone & (trusted < 1.0f);
+  v.gone = alone & c.ended;
+  v.passed = alone & c.passed;
+  v.doubted = alone & !c.ended;
+  v.mixed = live & !v.gone & (c.trust < 1.0f);
   return v;
 }
 
 // Decides what the samples `at`, on rays r, show: a trusted surface that has ended lets what lies
 // behind it be seen. `behind` receives the depth beyond which a sample that shows nothing may look
-// again (its reference), and infinity elsewhere. Where v.mixed, the field is to be followed.
+// again (its reference), and infinity elsewhere. Where v.mixed, the field is to be followed. Where the
+// ray has passed by, the reference goes: the field, which may lie a little farther out, would fill
+// the gap with a rim of its own.
 inline void settle(const Verdict v, const int* at, const intv listed, const Rays r,
-                   global float* depth, global float* behind, const Cells cells,
+                   global float* reference, global float* depth, global float* behind, const Cells cells,
                    global const float* weight, Around* around) {
   const floatv nowhere = (floatv)(INFINITY);
   intv gone = v.gone;
   if (ANY(v.doubted))
     gone |= v.doubted & (density_on(cells, weight, r, v.t, v.doubted, around) < v.contour);
   scatter_float(nowhere, depth, at, gone);
+  scatter_float(nowhere, reference, at, v.passed);
   scatter_float(SELECT(nowhere, v.t0, gone), behind, at, listed & (v.t0 < INFINITY));
 }
 
@@ -255,15 +267,15 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
   const floatv t0 = gather_float(reference, at), t = gather_float(depth, at);
   const intv met = t < INFINITY;
-  intv on_edge, ended;
-  const floatv trusted = trust_of(SELECT(none, gather_float(trust, at), met), &on_edge, &ended);
+  const Carried carried = carried_by(SELECT(none, gather_float(trust, at), met));
   const floatv from = search_from(t, t0, limits), to = search_to(t, t0, limits);
   const intv reaches = listed & (from <= to);
   Probes probes = {weight, t, listed & met, none};
   const Crossing c =
       first_crossing(cells, level_weight, r, from, to, limits.level, reaches, around, &probes);
-  const floatv inside = probes.density - contour_of(on_edge, limits) - 0.1f * (1.0f - trusted);
-  floatv share = trusted * clamp(20.0f * inside, 0.0f, 1.0f);
+  const floatv inside =
+      probes.density - contour_of(carried.on_edge, limits) - 0.1f * (1.0f - carried.trust);
+  floatv share = carried.trust * clamp(20.0f * inside, 0.0f, 1.0f);
   const intv crossed = c.depth < INFINITY, compared = crossed & (share > 0.0f);
   floatv mx = none, my = none, mz = none;
   if (ANY(compared)) {  // maps that a CPU waits for
@@ -273,7 +285,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
     const floatv apart = fabs(c.depth - t) * fabs(mx * r.dx + my * r.dy - mz);
     const floatv alike = mx * c.nx + my * c.ny + mz * c.nz;
     const floatv agreement = agreement_of(apart, alike, limits.disorder);
-    share = SELECT(share, share * agreement, compared & !on_edge);
+    share = SELECT(share, share * agreement, compared & !carried.on_edge);
   }
   const floatv choice = SELECT(none, (floatv)(1.0f), share > 0.5f);
   share = SELECT(choice, share, crossed);
@@ -300,7 +312,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
 kernel void settle_samples(
     SAMPLES(, sample, count),       // of those that are left, out: how many
     global const float* triangle,   // [samples] depth of kept triangles
-    global const float* reference,  // [samples] reference depth
+    global float* reference,        // [samples] reference depth; out where rays pass by
     TRUSTED(, trust, depth),        // of the blend; the depth in and out
     global float* behind,           // [samples] out
     global int* selected,           // [tiles][256] out, those that are left
@@ -322,8 +334,8 @@ kernel void settle_samples(
       ask_for(verdict[v].t, verdict[v].t, verdict[v].doubted, &around);
     }
     for (int v = 0; v < vectors; ++v) {
-      settle(verdict[v], lanes[v].at, lanes[v].used, lanes[v].rays, depth, behind, cells, weight,
-             &around);
+      settle(verdict[v], lanes[v].at, lanes[v].used, lanes[v].rays, reference, depth, behind, cells,
+             weight, &around);
       used = leave_samples(lanes[v].at, verdict[v].mixed, used, selected + tile * TILE_SAMPLES,
                            left);
     }
@@ -361,7 +373,7 @@ kernel void follow_field(SAMPLES(const, selected, count),
 
 // Both at a list of positions. One work-item per point, WIDTH 1.
 #if WIDTH == 1
-kernel void settle_points(global const float* triangle, global const float* reference, SURFACE(, ),
+kernel void settle_points(global const float* triangle, global float* reference, SURFACE(, ),
                           global float* behind,
                           global const float* points,  // [2][n] u, v, pixels
                           FIELD(cell_, weight), global const float* level_weight,
@@ -374,7 +386,7 @@ kernel void settle_points(global const float* triangle, global const float* refe
   around.vectors = 1;
   around.count = -1;  // nothing to share: every point searches for itself
   const Verdict verdict = judge(&p, 1, triangle, reference, trust, depth, how.limits, 0);
-  settle(verdict, &p, 1, r, depth, behind, cells, weight, &around);
+  settle(verdict, &p, 1, r, reference, depth, behind, cells, weight, &around);
   if (verdict.mixed)
     follow(&p, 1, n, r, reference, trust, depth, normal, group, kind, behind, cells,
            weight, level_weight, how.limits, &around);

@@ -11,9 +11,11 @@ using uint = std::uint32_t;
 #define RECORD(name) struct name
 #include "../../kernels/records.h"
 #undef RECORD
-inline constexpr float kOnEdge = ON_EDGE, kEnded = ENDED, kWhitewaterMost = WHITEWATER_MOST;
+inline constexpr float kOnEdge = ON_EDGE, kEnded = ENDED, kPassed = PASSED,
+                       kWhitewaterMost = WHITEWATER_MOST;
 #undef ON_EDGE
 #undef ENDED
+#undef PASSED
 #undef WHITEWATER_MOST
 
 /// Whether a record has the same layout on every device: plain, and all members have four bytes.

@@ -17,6 +17,10 @@ constexpr double kTrace = 0.01;
 // Water is thin where the density kDeep behind the feet is below these.
 constexpr double kThin = 0.5, kThick = 0.8;
 
+// A fit that hardly any neighbour is firm with and that lies so much farther from its own
+// surroundings than any is trusted in the mean is a bevel of a corner.
+constexpr double kBevel = 0.1;  // particle radii
+
 // Thin water is a sheet, as fits are, where it is flat, wide, which the number of a fit's
 // neighbours tells, and smooth (Spreads). Else it is arms and drops.
 constexpr double kNarrow = 40, kWide = 80;
@@ -61,6 +65,8 @@ std::vector<double> trust_of(const ParticleFits& fits, double disorder) {
             smooth_step(0.24, 0.33, fits.dense[k]) * smooth_step(5, 12, fits.supporters[k]) *
             (1 - smooth_step(spreads.trusted, spreads.distrusted, fits.apart[k])) *
             (1 - (1 - smooth_step(kThin, kThick, fits.deep[k])) * (1 - sheet)) *
+            (1 - (1 - fits.firmness[k]) *
+                     smooth_step(spreads.distrusted, spreads.distrusted + kBevel, fits.spread[k])) *
             (1 - kTrace * smooth_step(spreads.compared_from, spreads.compared, fits.apart[k]));
       }
   });

@@ -28,6 +28,8 @@ ParticleFits at_random(std::size_t n, unsigned seed) {
     fits.dense.push_back(static_cast<float>(random(0.22, 0.5)));
     fits.deep.push_back(static_cast<float>(random(0.4, 1)));
     fits.apart.push_back(static_cast<float>(random(0.1, 0.8)));
+    fits.spread.push_back(random(0.5, 1));
+    fits.firmness.push_back(i % 3 == 0 ? random(0, 1) : 1);
   }
   return fits;
 }
@@ -36,7 +38,7 @@ TEST(TrustOfFits, MatchesItsDefinition) {
   const ParticleFits fits = at_random(400, 2);
   const std::vector<double> actual = trust_of(fits);
   ASSERT_EQ(actual.size(), fits.size());
-  std::size_t between = 0, thin = 0, sheets = 0;
+  std::size_t between = 0, thin = 0, sheets = 0, bevels = 0;
   for (std::size_t k = 0; k < fits.size(); ++k) {
     if (fits.residual[k] < 0) {
       EXPECT_EQ(actual[k], 0);
@@ -48,16 +50,19 @@ TEST(TrustOfFits, MatchesItsDefinition) {
     const double thick = smooth_step(0.5, 0.8, fits.deep[k]);
     thin += thick < 0.9;
     sheets += thick < 0.9 && sheet > 0.1;
+    const double bevel = (1 - fits.firmness[k]) * smooth_step(0.75, 0.85, fits.spread[k]);
+    bevels += bevel > 0.1;
     const double expected =
         (1 - (1 - thick) * (1 - sheet)) * smooth_step(0.24, 0.33, fits.dense[k]) *
         (1 - smooth_step(0.45, 0.75, apart)) * (1 - 0.01 * smooth_step(0.3, 0.4, apart)) *
-        smooth_step(5, 12, fits.supporters[k]);
+        smooth_step(5, 12, fits.supporters[k]) * (1 - bevel);
     between += expected > 0.01 && expected < 0.99;
     EXPECT_NEAR(actual[k], expected, 1e-14) << k;  // products of a few numbers up to 1
   }
   EXPECT_GT(between, fits.size() / 4);
   EXPECT_GT(thin, fits.size() / 8);
   EXPECT_GT(sheets, fits.size() / 32);
+  EXPECT_GT(bevels, fits.size() / 16);
 }
 
 // What is known of the fits of the first `seen` particles and of the rim.

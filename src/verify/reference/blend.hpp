@@ -57,17 +57,19 @@ struct Blended {
   double depth = std::numeric_limits<double>::infinity();
   Vec3d normal;
   double trust = 0;
-  bool on_edge = false, ended = false;
+  bool on_edge = false, ended = false, passed = false;
   std::size_t hits = 0;
   double cancelled = 0;  // size of the terms that cancel in the normal, over its own
   double margin = std::numeric_limits<double>::infinity();  // radii by which the sheets that meet
                                                             // were told apart
 };
 
-/// Where a ray meets a fit.
+/// Where a ray meets a fit. Its height is f where that is least along the ray, within `kGraze`.
+inline constexpr double kGraze = 0.3;
 struct Hit {
   std::size_t fit;
-  double t, weight;
+  double t, weight, height;
+  double fade() const { return std::pow(1 - std::max(height, 0.0) / kGraze, 2); }
   Vec3d at, gradient;
 };
 
@@ -76,22 +78,27 @@ inline bool counts(const ParticleFits& fits, const std::vector<double>& trust, s
   return fits.residual[k] >= 0 && trust[k] > 0.01;
 }
 
-/// Where the ray of pixel (u, v) enters fit k, t0 being its reference depth; with a weight of 0
-/// when that is nowhere, or too far from the reference, or from the fit.
+/// Where the ray of pixel (u, v) enters fit k, t0 being its reference depth, or where it passes by
+/// within kGraze; with a weight of 0 when that is nowhere, or too far from the reference, or from
+/// the fit.
 inline Hit meet(const ParticleFits& fits, const std::vector<double>& trust, std::size_t k,
                 const View& view, double u, double v, double t0, const FitParams& fit,
                 const BlendParams& params) {
   const Vec3d ray = ray_direction(view, u, v), start = point_at(view, u, v, t0);
-  Hit hit{k, t0, 0, start, {}};
+  Hit hit{k, t0, 0, -kGraze, start, {}};
   // Roots of A tau^2 + B tau + C along the ray: from values at three points.
   Vec3d g;
   const double C = value(fits, k, start, &g), B = dot(g, ray);
   const double A = value(fits, k, start + ray, &g) - B - C;
   const double D = B * B - 4 * A * C;
-  if (D < 0) return hit;
+  if (A > 0) hit.height = std::max(-D / (4 * A), -kGraze);
+  const bool grazes = hit.height > 0 && hit.height < kGraze;
+  if (D < 0 && !grazes) return hit;
   // f falls where the ray enters: B + 2 A tau = -sqrt(D).
   double tau;
-  if (B < 0)
+  if (grazes)
+    tau = -B / (2 * A);
+  else if (B < 0)
     tau = 2 * C / (std::sqrt(D) - B);
   else if (std::abs(A) > 1e-12)
     tau = -(B + std::sqrt(D)) / (2 * A);
@@ -102,10 +109,11 @@ inline Hit meet(const ParticleFits& fits, const std::vector<double>& trust, std:
   value(fits, k, hit.at, &g);
   hit.gradient = g / length(g);
   const double facing = std::abs(dot(hit.gradient, ray));
-  if (std::abs(tau) > 4 * params.d_max || std::abs(tau) * std::min(2 * facing, 1.0) > params.d_max)
+  if (std::abs(tau) > (grazes ? 1 : 4) * params.d_max ||
+      std::abs(tau) * std::min(2 * facing, 1.0) > params.d_max)
     return hit;
   hit.weight = nearness(hit.at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
-               fits.visible[k] * trust[k];
+               fits.visible[k] * trust[k] * hit.fade();
   return hit;
 }
 
@@ -148,7 +156,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     Vec3d blended;         // ... with half of the weights' gradients
     double cancelled = 0;
   } sheets[2];
-  double untrusted = 0, firm = 0, all = 0;
+  double untrusted = 0, firm = 0, all = 0, height = 0;
   for (int s = 0; s < 2; ++s) {
     Sheet& sheet = sheets[s];
     const auto part = [&](const Hit& hit) {
@@ -161,8 +169,9 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
       sheet.centre += part(hit) * fits.foot[hit.fit];
       sheet.normal += part(hit) * hit.gradient;
       untrusted += part(hit) / trust[hit.fit];
-      firm += part(hit) * fits.firmness[hit.fit] / fits.edge[hit.fit];
+      firm += part(hit) / hit.fade() * fits.firmness[hit.fit] / fits.edge[hit.fit];
       all += part(hit);
+      height += part(hit) * hit.height;
     }
     if (!(sheet.weight > 0)) continue;
     sheet.t /= sheet.weight;
@@ -201,6 +210,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
       out.cancelled = std::max(out.cancelled, sheet.cancelled / length(sheet.blended));
   // Hardly more than the rim of a weight, or than bevels, is not trusted.
   out.trust = std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.002, 0.015, firm);
+  out.passed = height > 0.06 * all && out.trust > 0.5;
   out.on_edge = near && convex && b.weight > 0.03 * a.weight;
 
   // Sheet R: what faces away near the point, with another normal.
@@ -247,8 +257,8 @@ inline BoundedBlend bounded_blend(const ParticleFits& fits, const std::vector<do
   double depth_off = 0, normal_off = 0, trust_off = 0;
   for (const ParticleFits& other : others) {
     const Blended b = blend(other, trust, view, u, v, t0, fit, params);
-    bounded.sure &=
-        b.hits == expected.hits && b.on_edge == expected.on_edge && b.ended == expected.ended;
+    bounded.sure &= b.hits == expected.hits && b.on_edge == expected.on_edge &&
+                    b.ended == expected.ended && b.passed == expected.passed;
     if (b.hits == 0 || expected.hits == 0) continue;
     depth_off = std::max(depth_off, std::abs(b.depth - expected.depth));
     normal_off = std::max(normal_off, length(b.normal - expected.normal));

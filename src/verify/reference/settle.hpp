@@ -239,7 +239,8 @@ struct LayerSample {
   double depth = kNowhere;      // of the blend
   double trust = 0;             // 0 .. 1
   bool on_edge = false;         // a convex one
-  bool ended = false;           // beyond an edge to a face that is turned away
+  bool ended = false;           // beyond an edge to a face that is turned away, or passed
+  bool passed = false;          // over the surface
   Vec3d normal;                 // of the blend
 };
 
@@ -248,6 +249,7 @@ struct Shown {
   enum What { as_before, nothing, field, mixture };
   bool sure = true;
   What what = as_before;  // nothing: what lies behind its reference is asked for
+  bool passed = false;    // the reference is gone
   double depth = 0, depth_error = 0;
   Vec3d normal;
   double normal_error = 0;
@@ -284,6 +286,7 @@ inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour
     const double away = std::abs(s.depth - s.triangle) - 3;
     if (std::abs(away) <= 4 * kEpsilon * s.depth) return unsure;
     const bool vouched = away < 0;
+    nothing.passed = s.passed && !vouched;
     if (s.ended && !vouched) return nothing;
     if (s.trust >= 1) {
       if (vouched) return shown;

@@ -1,4 +1,5 @@
-// blend_groups: a crowd of fits of three sheets, more than a ray keeps, and others that face away.
+// blend_groups: a crowd of fits of three sheets, more than a ray keeps, and others that face away;
+// and the outline of a ball, which rays enter, graze and pass by.
 #include "stages/blend.hpp"
 
 #include "verify/reference/blend.hpp"
@@ -7,13 +8,17 @@
 #include "verify/references/worst.hpp"
 
 namespace meniscus::verify {
+namespace {
 
-ReferenceErrors blend_case(Device& device, int size) {
-  const SampleGrid grid{size, (size + 1) / 2, 0.5f, 1};
-  const View view = frontal_view(grid.nx, grid.ny);
+struct SeenBlend {
+  Worst depths{"blend_groups", "depth"}, normals{"blend_groups", "normal"},
+      trusts{"blend_groups", "trust"};
+};
+
+void see_blend(Device& device, const GivenFits& scene, const View& view, const SampleGrid& grid,
+               SeenBlend* seen) {
   const FitParams fit;
   const BlendParams params;
-  const GivenFits scene = crowd(1);
   Random random(11);
   std::vector<ParticleFits> others;
   for (int k = 0; k < 6; ++k) others.push_back(rounded(scene, random).fits);
@@ -30,27 +35,38 @@ ReferenceErrors blend_case(Device& device, int size) {
   const SurfaceMap map = download(device, surface);
   const std::vector<float> trust = download(device, surface.trust);
 
-  Worst depths("blend_groups", "depth"), normals("blend_groups", "normal"),
-      trusts("blend_groups", "trust");
   const auto nx = static_cast<std::size_t>(grid.nx);
   for (std::size_t s = 0; s < grid.size(); ++s) {
     if (!(reference[s] < kNoSurface)) {
-      depths.see(map.depth[s], kNoSurface, 0);
+      seen->depths.see(map.depth[s], kNoSurface, 0);
       continue;
     }
-    const auto bounded = reference::bounded_blend(
-        scene.fits, scene.trust, others, view, static_cast<double>(s % nx) + 0.5,
-        static_cast<double>(s / nx) + 0.5, reference[s], fit, params);
+    const double u = grid.first + grid.step * static_cast<double>(s % nx),
+                 v = grid.first + grid.step * static_cast<double>(s / nx);
+    const auto bounded = reference::bounded_blend(scene.fits, scene.trust, others, view, u, v,
+                                                  reference[s], fit, params);
     if (!bounded.sure) continue;
     const reference::Blended& expected = bounded.expected;
-    depths.see(map.depth[s], expected.depth, bounded.depth_error);
+    seen->depths.see(map.depth[s], expected.depth, bounded.depth_error);
     if (expected.hits == 0) continue;
     const Vec3d off = Vec3d(map.normal[s]) - expected.normal;
-    normals.see(length(off), 0, bounded.normal_error, 1);
-    // 2 is added on an edge, 4 where a face has ended.
-    trusts.see(std::fmod(trust[s], 2), expected.trust, bounded.trust_error, 1);
+    seen->normals.see(length(off), 0, bounded.normal_error, 1);
+    // 2 is added on an edge, 4 where a face has ended, 8 where the ray passes by.
+    const double added = expected.passed ? 8 : expected.ended ? 4 : expected.on_edge ? 2 : 0;
+    seen->trusts.see(trust[s], added + expected.trust, bounded.trust_error, 1);
   }
-  return {depths.error(), normals.error(), trusts.error()};
+}
+
+}  // namespace
+
+ReferenceErrors blend_case(Device& device, int size) {
+  SeenBlend seen;
+  const SampleGrid grid{size, (size + 1) / 2, 0.5f, 1};
+  see_blend(device, crowd(1), frontal_view(grid.nx, grid.ny), grid, &seen);
+  // A fortieth of a pixel apart, around the ball's right end.
+  see_blend(device, ball_of_fits(2), frontal_view(16, 16), {size, (size + 1) / 2, 8.25f, 0.025f},
+            &seen);
+  return {seen.depths.error(), seen.normals.error(), seen.trusts.error()};
 }
 
 }  // namespace meniscus::verify

@@ -77,6 +77,18 @@ inline GivenFits crowd(unsigned seed) {
   return scene;
 }
 
+/// Fits all over a ball of radius 5, whose outline passes x = 1 at y = 0.
+inline GivenFits ball_of_fits(unsigned seed) {
+  Random random(seed);
+  GivenFits scene;
+  for (int k = 0; k < 120; ++k) {
+    const double x = random(-1, 1), y = random(-1, 1), z = random(-1, 1);
+    const Vec3d outward = normalized(Vec3d{x, y, z});
+    scene.add(Vec3d{-4, 0, -20} + outward * random(4.9, 5.1), outward, 1, random(0.18, 0.25));
+  }
+  return scene;
+}
+
 /// The scene as if its numbers had been rounded eight times: coordinates near 20 and coefficients.
 inline GivenFits rounded(const GivenFits& scene, Random& random) {
   GivenFits moved = scene;

@@ -15,10 +15,12 @@ struct Seen {
       : depth(kernel, "depth"),
         normal(kernel, "normal"),
         kind(kernel, "kind and group"),
+        reference(kernel, "reference"),
         behind(kernel, "behind") {}
-  Worst depth, normal, kind, behind;
+  Worst depth, normal, kind, reference, behind;
   void add_to(ReferenceErrors& errors) const {
-    for (const Worst* worst : {&depth, &normal, &kind, &behind}) errors.push_back(worst->error());
+    for (const Worst* worst : {&depth, &normal, &kind, &reference, &behind})
+      errors.push_back(worst->error());
   }
 };
 
@@ -30,6 +32,7 @@ void see(const Layer& before, const Layer& after, std::size_t s, const reference
     seen->kind.see(after.group[s], splash ? -1 : before.group[s], 0);
     seen->kind.see(after.kind[s], splash ? static_cast<int>(Kind::splash) : before.kind[s], 0);
   };
+  seen->reference.see(after.reference[s], expected.passed ? kNoSurface : before.reference[s], 0);
   seen->behind.see(after.behind[s],
                    expected.what == Shown::nothing ? before.reference[s] : before.behind[s], 0);
   if (expected.what == Shown::nothing) return seen->depth.see(after.depth[s], kNoSurface, 0);

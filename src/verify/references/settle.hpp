@@ -114,9 +114,11 @@ struct Layer {
     sample.triangle = triangle[s];
     sample.reference = reference[s];
     sample.depth = depth[s];
+    sample.passed = trust[s] >= records::kPassed;
     sample.ended = trust[s] >= records::kEnded;
     sample.on_edge = !sample.ended && trust[s] >= records::kOnEdge;
-    sample.trust = trust[s] - (sample.ended     ? records::kEnded
+    sample.trust = trust[s] - (sample.passed    ? records::kPassed
+                               : sample.ended   ? records::kEnded
                                : sample.on_edge ? records::kOnEdge
                                                 : 0);
     sample.normal = normal_at(s);
@@ -148,7 +150,7 @@ inline Layer random_layer(const FieldScene& scene, unsigned seed) {
     layer.reference[s] = static_cast<float>(at + random(-1, 0.5) * reach);
     layer.depth[s] = static_cast<float>(at + random(-1, 1) * reach);
     layer.triangle[s] = static_cast<float>(layer.depth[s] + random(-4.5, 4.5));
-    const double where = chance(0.3) ? 2 : chance(0.2) ? 4 : 0;
+    const double where = chance(0.3) ? 2 : chance(0.2) ? 4 : chance(0.15) ? 8 : 0;
     const double trust = chance(0.25) ? 1 : chance(0.1) ? 0 : std::sqrt(random(0, 1));
     layer.trust[s] = static_cast<float>(where + trust);
     const double size = chance(0.6) ? 0.4 : 3;
@@ -190,6 +192,7 @@ inline Layer settled(Device& device, const FieldScene& scene, const Layer& befor
                  scene.levelled, upload(device, before.triangle), reference, surface, behind,
                  scene.params, scene.kDisorder, only_gaps);
   Layer after = download(device, before, surface);
+  after.reference = download(device, reference);
   after.behind = download(device, behind);
   return after;
 }
@@ -203,9 +206,12 @@ inline Layer settled_at_points(Device& device, const FieldScene& scene, const La
     points[n + s] = static_cast<float>(scene.v(s));
   }
   const SurfaceBuffers list = upload(device, SampleGrid{static_cast<int>(n), 1, 0, 1}, before);
-  settle_points(device, scene.view, scene.cells, scene.levelled, upload(device, points),
-                upload(device, before.reference), list, scene.params, scene.kDisorder);
-  return download(device, before, list);
+  const auto reference = upload(device, before.reference);
+  settle_points(device, scene.view, scene.cells, scene.levelled, upload(device, points), reference,
+                list, scene.params, scene.kDisorder);
+  Layer after = download(device, before, list);
+  after.reference = download(device, reference);
+  return after;
 }
 
 }  // namespace meniscus
