@@ -230,17 +230,17 @@ inline Verdict judge(const int* at, const intv listed, global const float* trian
 // Decides what the samples `at`, on rays r, show: a trusted surface that has ended lets what lies
 // behind it be seen. `behind` receives the depth beyond which a sample that shows nothing may look
 // again (its reference), and infinity elsewhere. Where v.mixed, the field is to be followed. Where the
-// ray has passed by, the reference goes: the field, which may lie a little farther out, would fill
-// the gap with a rim of its own.
+// ray has passed by, the reference moves behind: the field, which may lie a little farther out, would
+// fill the gap with a rim of its own. It is entered before the search begins then (search_from).
 inline void settle(const Verdict v, const int* at, const intv listed, const Rays r,
-                   global float* reference, global float* depth, global float* behind, const Cells cells,
+                   const FieldLimits limits, global float* reference, global float* depth, global float* behind, const Cells cells,
                    global const float* weight, Around* around) {
   const floatv nowhere = (floatv)(INFINITY);
   intv gone = v.gone;
   if (ANY(v.doubted))
     gone |= v.doubted & (density_on(cells, weight, r, v.t, v.doubted, around) < v.contour);
   scatter_float(nowhere, depth, at, gone);
-  scatter_float(nowhere, reference, at, v.passed);
+  scatter_float(v.t + 2.0f * limits.before, reference, at, v.passed);
   scatter_float(SELECT(nowhere, v.t0, gone), behind, at, listed & (v.t0 < INFINITY));
 }
 
@@ -312,7 +312,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
 kernel void settle_samples(
     SAMPLES(, sample, count),       // of those that are left, out: how many
     global const float* triangle,   // [samples] depth of kept triangles
-    global float* reference,        // [samples] reference depth; out where rays pass by
+    global float* reference,        // [samples] reference depth; out where rays have passed by
     TRUSTED(, trust, depth),        // of the blend; the depth in and out
     global float* behind,           // [samples] out
     global int* selected,           // [tiles][256] out, those that are left
@@ -334,8 +334,8 @@ kernel void settle_samples(
       ask_for(verdict[v].t, verdict[v].t, verdict[v].doubted, &around);
     }
     for (int v = 0; v < vectors; ++v) {
-      settle(verdict[v], lanes[v].at, lanes[v].used, lanes[v].rays, reference, depth, behind, cells,
-             weight, &around);
+      settle(verdict[v], lanes[v].at, lanes[v].used, lanes[v].rays, how.limits, reference, depth,
+             behind, cells, weight, &around);
       used = leave_samples(lanes[v].at, verdict[v].mixed, used, selected + tile * TILE_SAMPLES,
                            left);
     }
@@ -386,7 +386,7 @@ kernel void settle_points(global const float* triangle, global float* reference,
   around.vectors = 1;
   around.count = -1;  // nothing to share: every point searches for itself
   const Verdict verdict = judge(&p, 1, triangle, reference, trust, depth, how.limits, 0);
-  settle(verdict, &p, 1, r, reference, depth, behind, cells, weight, &around);
+  settle(verdict, &p, 1, r, how.limits, reference, depth, behind, cells, weight, &around);
   if (verdict.mixed)
     follow(&p, 1, n, r, reference, trust, depth, normal, group, kind, behind, cells,
            weight, level_weight, how.limits, &around);

@@ -249,7 +249,7 @@ struct Shown {
   enum What { as_before, nothing, field, mixture };
   bool sure = true;
   What what = as_before;  // nothing: what lies behind its reference is asked for
-  bool passed = false;    // the reference is gone
+  bool passed = false;    // the reference is 4 radii behind the blend now
   double depth = 0, depth_error = 0;
   Vec3d normal;
   double normal_error = 0;

@@ -32,7 +32,8 @@ void see(const Layer& before, const Layer& after, std::size_t s, const reference
     seen->kind.see(after.group[s], splash ? -1 : before.group[s], 0);
     seen->kind.see(after.kind[s], splash ? static_cast<int>(Kind::splash) : before.kind[s], 0);
   };
-  seen->reference.see(after.reference[s], expected.passed ? kNoSurface : before.reference[s], 0);
+  seen->reference.see(after.reference[s],
+                      expected.passed ? before.depth[s] + 4 : before.reference[s], 0);
   seen->behind.see(after.behind[s],
                    expected.what == Shown::nothing ? before.reference[s] : before.behind[s], 0);
   if (expected.what == Shown::nothing) return seen->depth.see(after.depth[s], kNoSurface, 0);
