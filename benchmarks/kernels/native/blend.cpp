@@ -9,6 +9,7 @@ namespace {
 constexpr int kRecord = 16, kCached = 48;
 constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
 constexpr float kPull = 0.75f, kRoundPull = -0.2f, kRoundest = 0.9f;  // of hits.cl
+constexpr float kGraze = 0.3f, kOver = 0.06f;
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
 
 struct Sample {
@@ -42,10 +43,10 @@ struct Hit {
   return dot_of(x, y, z, x, y, z);
 }
 
-// Where rays enter a fit's fluid, and how far from its foot, in reaches: infinite where they do
-// not.
+// Where rays enter a fit's fluid or graze it, and how far from its foot, in reaches: infinite where
+// they do neither; and how high above it they pass.
 struct Entry {
-  Floats tau, squared;
+  Floats tau, squared, height;
   bool counts() const { return any(squared < 1.0f); }
 };
 
@@ -62,12 +63,16 @@ struct Entry {
   const Floats D = fused(B, B, -4.0f * A * C);
   const Ints falls = B < 0.0f;
   const Floats sum = magnitude(B) + root(D);
-  const Floats tau = (falls ? 2.0f * C : -sum) / (falls ? sum : 2.0f * A);
-  const Ints met = magnitude(tau) <= 4.0f * d_max;
+  const Floats least = -0.25f * D / A;
+  const Ints bent = A > 0.0f, grazed = bent & (least > 0.0f) & (least < kGraze);
+  const Floats entered = (falls ? 2.0f * C : -sum) / (falls ? sum : 2.0f * A);
+  const Floats tau = grazed ? -0.5f * B / A : entered;
+  const Ints met = magnitude(tau) <= (grazed ? all(1.0f) : all(4.0f)) * d_max;
   Entry entry;
   entry.tau = met ? tau : Floats{};
   const Floats px = fused(entry.tau, s.dx, x), py = fused(entry.tau, s.dy, y), pz = z - entry.tau;
   entry.squared = met ? square_of(px, py, pz) * g[10] : all(kNowhere);
+  entry.height = bent ? larger(least, all(-kGraze)) : all(-kGraze);
   return entry;
 }
 
@@ -90,6 +95,12 @@ struct Entry {
   hit.gz = gz * slope;
   hit.pull = 6.0f * g[10] * (g[15] * ((kPull - kRoundPull) / kRoundest) - kPull) * steep * facing;
   return any(hit.weight > 0.0f);
+}
+
+[[gnu::always_inline]] inline void fade(const Entry& entry, Hit& hit) {
+  const Floats rest = 1.0f - larger(entry.height, Floats{}) * (1.0f / kGraze);
+  hit.weight *= rest * rest;
+  hit.pull *= rest * rest;
 }
 
 struct Beam {
@@ -215,7 +226,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   std::int32_t cached_group[kCached];
   int kept = 0, rest = listed.met.count;
   Blended out;
-  Floats best{}, ax{}, ay{}, az{}, trust{}, firm{};
+  Floats best{}, ax{}, ay{}, az{}, trust{}, firm{}, height{};
   Sheet A, B;
   // Half of the fits near the beam are met beyond their reach, and which could not be foreseen:
   // first all that rays meet, without a branch, then the weights of those that count.
@@ -240,6 +251,8 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       const float* const g = fit_at(fit);
       Hit hit;
       if (!weigh(g, foot_of(fit), s, in.d_max, entry[n], hit)) continue;
+      firm = fused(hit.weight, all(g[14]), firm);
+      fade(entry[n], hit);
       if (kept < kCached) {
         cache[kept] = hit;
         cached_group[kept++] = fit;
@@ -253,7 +266,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       ay = better ? hit.gy : ay;
       az = better ? hit.gz : az;
       trust = fused(hit.weight, all(g[12]), trust);
-      firm = fused(hit.weight, all(g[14]), firm);
+      height = fused(hit.weight, entry[n].height, height);
       add_hit(A, foot_of(fit), s, hit, one);
     }
   }
@@ -272,7 +285,9 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       const float *const g = fit_at(fit), *const foot = foot_of(fit);
       const Entry entry = entry_of(g, foot, s, in.d_max);
       Hit hit;
-      if (entry.counts() && weigh(g, foot, s, in.d_max, entry, hit)) visit(hit, g, foot);
+      if (!entry.counts() || !weigh(g, foot, s, in.d_max, entry, hit)) continue;
+      fade(entry, hit);
+      visit(hit, g, foot);
     }
   };
   bool one_sheet = rest == listed.met.count;
@@ -374,7 +389,8 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   const Ints edge = (B.w > 0.03f * A.w) & (h < 0.0f) & meet;
   out.trust =
       smaller(1.001f * (A.w + B.w) / larger(trust, tiny), one) * smooth_step(0.002f, 0.015f, firm);
-  out.trust += ended ? all(4.0f) : edge ? all(2.0f) : none;
+  const Ints passed = (height > kOver * (A.w + B.w)) & (out.trust > 0.5f);
+  out.trust += passed ? all(8.0f) : ended ? all(4.0f) : edge ? all(2.0f) : none;
   return out;
 }
 

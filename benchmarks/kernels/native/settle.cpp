@@ -139,7 +139,8 @@ struct Trust {
   explicit Trust(const Floats& carried) {
     ended = carried > 3.5f;
     on_edge = ~ended & (carried > 1.5f);
-    share = carried - (ended ? all(4.0f) : on_edge ? all(2.0f) : Floats{});
+    const Ints passed = carried > 7.5f;
+    share = carried - (passed ? all(8.0f) : ended ? all(4.0f) : on_edge ? all(2.0f) : Floats{});
   }
   Floats contour(float density) const { return (on_edge ? all(0.3f) : all(1.0f)) * density; }
 };

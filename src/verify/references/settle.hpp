@@ -150,7 +150,7 @@ inline Layer random_layer(const FieldScene& scene, unsigned seed) {
     layer.reference[s] = static_cast<float>(at + random(-1, 0.5) * reach);
     layer.depth[s] = static_cast<float>(at + random(-1, 1) * reach);
     layer.triangle[s] = static_cast<float>(layer.depth[s] + random(-4.5, 4.5));
-    const double where = chance(0.3) ? 2 : chance(0.2) ? 4 : chance(0.15) ? 8 : 0;
+    const double where = chance(0.3) ? 2 : chance(0.2) ? (s % 3 == 0 ? 8 : 4) : 0;
     const double trust = chance(0.25) ? 1 : chance(0.1) ? 0 : std::sqrt(random(0, 1));
     layer.trust[s] = static_cast<float>(where + trust);
     const double size = chance(0.6) ? 0.4 : 3;
