@@ -125,7 +125,7 @@ native::Settle settle_input(Frame& frame, CapturedLaunch& launch) {
   const auto how = launch.scalar<records::Settling>(15);
   return {lists_of(frame, launch),
           launch.read<float>(2),
-          launch.read<float>(3),
+          launch.write<float>(3),
           launch.read<float>(4),
           launch.write<float>(5),
           launch.write<float>(6),
@@ -135,6 +135,7 @@ native::Settle settle_input(Frame& frame, CapturedLaunch& launch) {
           launch.read<float>(14),
           how.limits.contour,
           how.limits.vouching,
+          how.limits.before,
           how.only_gaps != 0};
 }
 
@@ -208,7 +209,8 @@ Case prepare_settle(Frame& frame) {
   // Triangle, reference, trust and depth read, one map written, and a list. What is computed
   // depends on where the density decides, and is not counted.
   result.bytes = 20 * result.items;
-  add_native(result, frame, "settle_samples", {1, 5, 6, 7}, settle_input, native::settle_samples);
+  add_native(result, frame, "settle_samples", {1, 3, 5, 6, 7}, settle_input,
+             native::settle_samples);
   return result;
 }
 

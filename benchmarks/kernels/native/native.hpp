@@ -153,12 +153,14 @@ void motion_of_samples(const Motion& input, std::size_t begin, std::size_t end);
 
 struct Settle {
   Lists lists;
-  const float *triangle, *reference, *trust;
+  const float* triangle;
+  float* reference;
+  const float* trust;
   float *depth, *behind;
   std::int32_t *left, *left_count;  // [tiles][256] those that follow_field takes; [tiles]
   Cells cells;
   const float* weight;
-  float contour, triangle_reach;
+  float contour, triangle_reach, search;
   bool only_gaps;
 };
 /// Tiles [begin, end).

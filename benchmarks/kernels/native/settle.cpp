@@ -135,11 +135,11 @@ Floats density_on(const Cells& cells, const float* weight, const Rays& r, const 
 // What samples carry of the blend: its trust and where it lies.
 struct Trust {
   Floats share;
-  Ints on_edge, ended;
+  Ints on_edge, ended, passed;
   explicit Trust(const Floats& carried) {
     ended = carried > 3.5f;
     on_edge = ~ended & (carried > 1.5f);
-    const Ints passed = carried > 7.5f;
+    passed = carried > 7.5f;
     share = carried - (passed ? all(8.0f) : ended ? all(4.0f) : on_edge ? all(2.0f) : Floats{});
   }
   Floats contour(float density) const { return (on_edge ? all(0.3f) : all(1.0f)) * density; }
@@ -148,7 +148,7 @@ struct Trust {
 // What samples show as far as no density tells.
 struct Verdict {
   Floats t0, t, contour;
-  Ints gone, doubted, mixed;
+  Ints gone, passed, doubted, mixed;
 };
 
 Verdict judge(const Settle& in, const Lanes& lanes) {
@@ -166,6 +166,7 @@ Verdict judge(const Settle& in, const Lanes& lanes) {
   Ints alone = sure;
   if (any(sure)) alone &= ~(magnitude(v.t - gather(in.triangle, at)) < in.triangle_reach);
   v.gone = alone & trust.ended;
+  v.passed = alone & trust.passed;
   v.doubted = alone & ~trust.ended;
   v.mixed = live & ~v.gone & (trust.share < 1.0f);
   return v;
@@ -177,6 +178,7 @@ void settle(const Settle& in, const Verdict& v, const Lanes& lanes, Around& arou
     gone |= v.doubted &
             (density_on(in.cells, in.weight, lanes.rays, v.t, v.doubted, around) < v.contour);
   scatter(all(kNowhere), in.depth, lanes.at, gone);
+  scatter(v.t + 2.0f * in.search, in.reference, lanes.at, v.passed);
   scatter(gone ? v.t0 : all(kNowhere), in.behind, lanes.at, lanes.used);
 }
 
