@@ -19,9 +19,9 @@ static_assert(kEvidenceSheet <= kResidualReach);
 // disorder up to 1 (the more there is, the more it was evened out).
 constexpr double kOfDisorder = 0.045;
 
-// How far disorder raises scores, for each of d. Noise hides what tells a sharp edge from a round
-// one. Where it does, an edge that is told wrong is better round than in pieces.
-constexpr double kRounder = 0.5;
+// How far disorders of 1 and 2 raise scores. Noise hides what tells a sharp edge from a round one.
+// Where it does, an edge that is told wrong is better round than in pieces.
+constexpr double kRounder = 0.3, kRoundest = 1;
 
 // What is found of the evidence, in the sheet of the wide fits: one quadric, two sheets, bend.
 constexpr int kValues = 3;
@@ -124,14 +124,15 @@ SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlac
   compare_trials(device, surface, trials.neighbours, params, blend, sheet);
   const int width = device.state().vector_width;
   const std::size_t n = trials.to.size;
-  const double most = std::min(disorder, 1.0), noise = kOfDisorder * most * (1 - most / 2);
+  const double most = std::min(disorder, 1.0), noise = kOfDisorder * most * (1 - most / 2),
+               rounder = kRounder * most + (kRoundest - kRounder) * (disorder - most);
   const auto& [toward, share, value, none] = sheet.found.parts;
   const SheetFits scored{trials.cells, allocate<float>(device, 3 * n), allocate<float>(device, n),
                          allocate<float>(device, 2 * n)};
   launch(device, kernels::score_bends, width, range_of_blocks(n, width), sheet.cells->cells, toward,
          share, value, InSheet{trials.to, scored.normal, scored.share, scored.value},
          records::BendScores{sheet.fits(), kNear, static_cast<float>(noise),
-                             static_cast<float>(kRounder * disorder)});
+                             static_cast<float>(rounder)});
   return scored;
 }
 

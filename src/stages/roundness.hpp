@@ -55,13 +55,13 @@ Evidence measure_evidence(Device& device, const FitSurface& surface, const Trial
 /// the sheet within 5,
 ///
 ///   score = 2 ln(two + .02) - 4 ln(one + .002) + 1.5 ln(bend + .002)
-///           + 45 max(two - .05 - 2 a, 0) + d / 2,
+///           + 45 max(two - .05 - 2 a, 0) + b,
 ///
 /// and how far it bends, smoothstep(.005, .02, bend), as the two values of a sheet in the cells of
 /// `trials`; bends of about .04 count most, where nothing bends nothing does (kernel score_bends).
 /// Irregular particles miss any surface: both squares are less by a = .045 d (1 - d/2), d their
-/// disorder (relax.hpp) up to 1, down to .011. They count as rounder by half their disorder. Does
-/// not wait. Throws DeviceError.
+/// disorder (relax.hpp) up to 1, down to .011. They count as rounder: b goes from 0 to .3 at d = 1
+/// and to 1 at d = 2. Does not wait. Throws DeviceError.
 SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlaces& trials,
                       const FitParams& params, const BlendParams& blend, double disorder = 0);
 

@@ -2,6 +2,8 @@
 // score_bends, given the evidence; tell_roundness, given the scores.
 #include "verify/references/roundness.hpp"
 
+#include <algorithm>
+
 #include "verify/references/cases.hpp"
 #include "verify/references/worst.hpp"
 
@@ -32,7 +34,8 @@ void see_bends(Device& device, int size, double noise, double disorder, BendErro
   for (const std::int32_t i : scene.seen.index)
     position.push_back(scene.projected.eye(static_cast<std::size_t>(i)));
   const ScoredBends scored = scored_bends(device, scene, disorder);
-  const double added = 0.045 * disorder * (1 - disorder / 2);
+  const double most = std::min(disorder, 1.0), added = 0.045 * most * (1 - most / 2),
+               rounder = 0.3 * most + 0.7 * (disorder - most);
   for (std::size_t k = 0; k < n; ++k) {
     const auto mean = [&](const std::vector<float>& values, const SheetWeights& weights) {
       const bool far = &weights == &kFar;
@@ -42,8 +45,7 @@ void see_bends(Device& device, int size, double noise, double disorder, BendErro
     const auto one = mean(evidence.one, kNear), two = mean(evidence.two, kNear),
                bend = mean(evidence.bend, kNear);
     if (!tells(one)) continue;
-    const auto expected =
-        reference::scored_bend(one, two, bend, evidence.share[k], added, disorder / 2);
+    const auto expected = reference::scored_bend(one, two, bend, evidence.share[k], added, rounder);
     worst.share.see(scored.share[k], expected.share.value, expected.share.error, 1);
     worst.score.see(scored.score[k], expected.score.value, expected.score.error, 1);
     worst.bends.see(scored.bends[k], expected.bends.value, expected.bends.error, 1);
@@ -77,7 +79,7 @@ ReferenceErrors roundness_case(Device& device, int size) {
   BendErrors bends;
   // Each factor of the two kernels tells at two of these.
   for (const double noise : {0.25, 0.5, 0.6})
-    for (const double disorder : {0.0, 0.5}) see_bends(device, size, noise, disorder, bends);
+    for (const double disorder : {0.0, 1.5}) see_bends(device, size, noise, disorder, bends);
   return {one.error(),         two.error(),         bend.error(),       bends.share.error(),
           bends.score.error(), bends.bends.error(), bends.round.error()};
 }
