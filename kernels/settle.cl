@@ -233,8 +233,9 @@ inline Verdict judge(const int* at, const intv listed, global const float* trian
 // ray has passed by, the reference moves behind: the field, which may lie a little farther out, would
 // fill the gap with a rim of its own. It is entered before the search begins then (search_from).
 inline void settle(const Verdict v, const int* at, const intv listed, const Rays r,
-                   const FieldLimits limits, global float* reference, global float* depth, global float* behind, const Cells cells,
-                   global const float* weight, Around* around) {
+                   const FieldLimits limits, global float* reference, global float* depth,
+                   global float* behind, const Cells cells, global const float* weight,
+                   Around* around) {
   const floatv nowhere = (floatv)(INFINITY);
   intv gone = v.gone;
   if (ANY(v.doubted))

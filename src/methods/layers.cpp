@@ -157,18 +157,17 @@ Visible choose_bent(const KnownFluid& known, const Visible& hidden) {
     }
     return turn / all;  // the particle itself counts
   };
-  std::vector<double> turn(hidden.index.size());
-  parallel_for(turn.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) turn[k] = turn_at(k);
-  });
   const std::vector<FrontBends> bends = bends_of(known.fits);
+  std::vector<char> asked(hidden.index.size());
+  parallel_for(asked.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const auto particle = static_cast<std::size_t>(hidden.index[k]);
+      asked[k] = turn_at(k) > kFlat && !is_among_creases(bends, known.particles.eye(particle));
+    }
+  });
   Visible bent;
-  for (std::size_t k = 0; k < turn.size(); ++k) {
-    const std::int32_t particle = hidden.index[k];
-    if (turn[k] > kFlat &&
-        !is_among_creases(bends, known.particles.eye(static_cast<std::size_t>(particle))))
-      bent.index.push_back(particle);
-  }
+  for (std::size_t k = 0; k < asked.size(); ++k)
+    if (asked[k]) bent.index.push_back(hidden.index[k]);
   bent.owned.assign(bent.index.size(), 1);
   return bent;
 }

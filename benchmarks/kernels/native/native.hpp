@@ -160,7 +160,7 @@ struct Settle {
   std::int32_t *left, *left_count;  // [tiles][256] those that follow_field takes; [tiles]
   Cells cells;
   const float* weight;
-  float contour, triangle_reach, search;
+  float contour, triangle_reach, before;
   bool only_gaps;
 };
 /// Tiles [begin, end).

@@ -178,7 +178,7 @@ void settle(const Settle& in, const Verdict& v, const Lanes& lanes, Around& arou
     gone |= v.doubted &
             (density_on(in.cells, in.weight, lanes.rays, v.t, v.doubted, around) < v.contour);
   scatter(all(kNowhere), in.depth, lanes.at, gone);
-  scatter(v.t + 2.0f * in.search, in.reference, lanes.at, v.passed);
+  scatter(v.t + 2.0f * in.before, in.reference, lanes.at, v.passed);
   scatter(gone ? v.t0 : all(kNowhere), in.behind, lanes.at, lanes.used);
 }
 
