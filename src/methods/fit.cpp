@@ -50,17 +50,21 @@ Fluid measure_fluid(const Frame& frame, const WorldParticles& particles) {
     return project_particles(in, particles, margin);
   })};
   clock.start("split");
-  fluid.cells = upload_cells(device, fluid.host_cells, fluid.disorder.mass());
+  parallel_both(
+      [&, &params = params] {
+        fluid.split = split_splash(fluid.particles, fluid.host_cells, params.splash);
+      },
+      [&, &device = device] {
+        fluid.cells = upload_cells(device, fluid.host_cells, fluid.disorder.mass());
+      });
+  fluid.body = upload_splats(device, fluid.particles, fluid.split.body);
   clock.start("field");  // is measured while the host goes on
   const std::size_t n = fluid.particles.size();
   fluid.measured = {device, {4 * n, (n + 15) / 16 * 16}};  // whole vectors to fill
   fluid.levelled = level_cells(
       device, fluid.cells, Measured::near_air, for_disorder(params.region, fluid.disorder),
       fluid.measured.part<0>(), lone_factor(params.region, fluid.disorder));
-  clock.start("split");
-  fluid.split = split_splash(fluid.particles, fluid.host_cells, params.splash);
   clock.start("visible");
-  fluid.body = upload_splats(device, fluid.particles, fluid.split.body);
   return fluid;
 }
 

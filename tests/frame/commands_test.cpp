@@ -29,7 +29,7 @@ void take_form(Device& device, const Form& form) {
 }
 
 constexpr Form kProcessor{"OnAProcessor", false, 8, {91, 1028, 0, 19, 8, 2}};
-constexpr Form kGpu{"OnAGpu", true, 1, {60, 791, 2, 4, 3, 2}};
+constexpr Form kGpu{"OnAGpu", true, 1, {60, 791, 2, 3, 3, 2}};
 
 class Commands : public testing::TestWithParam<Form> {};
 
