@@ -38,6 +38,14 @@ class BuildTurn {
 /// Whether this process built the program of a key.
 bool was_built_here(const std::string& key);
 
+enum class Keeps;  // device.hpp
+
+/// What is kept of the programs that a device's runtime builds.
+Keeps kept_of(const DeviceInfo& info);
+
+/// Whether a device's runtime compiles a kernel when it is launched first, as PoCL does.
+bool compiles_at_launch(const DeviceInfo& info);
+
 /// Builds programs for a device on threads of its own, in contexts of its own, so that they lie in
 /// the runtime's cache when they are wanted. It does so for PoCL alone, where it was measured, and
 /// not for programs that were built before. A build that fails is left for whoever wants the
