@@ -1,396 +1,17 @@
-// HDF5 files: a reader of our own of what h5py and PySPH write by default, from the HDF5 File
-// Format Specification (version 3). It knows groups of both kinds but those of very many links,
-// numbers in contiguous, compact and chunked data sets, and the filters deflate, shuffle and
-// fletcher32.
+// HDF5 files: which of a file's data sets are the particles, and their values.
 #include <algorithm>
 #include <map>
-#include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "io/array_bag.hpp"
 #include "io/hdf5_chunks.hpp"
+#include "io/hdf5_objects.hpp"
 #include "io/readers.hpp"
 
 namespace meniscus {
 namespace {
-
-constexpr std::uint64_t kUndefined = UINT64_MAX;
-constexpr std::size_t kMostObjects = 10000, kMostMessages = 4096, kDeepest = 32;
-
-// What a data set's messages say.
-struct DataSet {
-  bool has_space = false, has_layout = false;
-  std::optional<Scalar> type;  // none: no number that is read
-  std::endian order = std::endian::little;
-  std::size_t components = 1;  // of an array as an element
-  std::size_t element = 0;     // bytes
-  std::vector<std::uint64_t> shape;
-  int storage = 1;  // 0 compact, 1 contiguous, 2 chunked
-  std::uint64_t address = kUndefined, size = 0;
-  std::string compact;
-  std::vector<std::uint64_t> chunk;  // along each dimension
-  std::vector<int> filters;
-  std::string unknown;  // why it cannot be read
-};
-
-struct Link {
-  std::string name;
-  std::uint64_t address = 0;  // of its object
-};
-
-// What an object's header says: a group has links, a data set a layout.
-struct Object {
-  DataSet data;
-  std::vector<Link> links;
-  std::string unknown;  // why its links cannot be read
-};
-
-class Reader {
- public:
-  explicit Reader(const std::shared_ptr<const Bytes>& file) : file_(file) {
-    std::uint64_t at = 0;
-    while (text_or_nothing(at, 8) != std::string("\x89HDF\r\n\x1a\n", 8)) {
-      at = at == 0 ? 512 : 2 * at;
-      if (at >= file_->size()) fail(*file_, "", "has no signature of HDF5");
-    }
-    const auto version = number(at + 8, 1);
-    std::uint64_t root = 0;
-    if (version <= 1) {
-      offsets_ = number(at + 13, 1);
-      lengths_ = number(at + 14, 1);
-      check_sizes();
-      const std::uint64_t fields = at + (version == 0 ? 24 : 28);
-      base_ = number(fields, offsets_);
-      root = number(fields + 4 * offsets_ + offsets_, offsets_);
-    } else if (version <= 3) {
-      offsets_ = number(at + 9, 1);
-      lengths_ = number(at + 10, 1);
-      check_sizes();
-      base_ = number(at + 12, offsets_);
-      root = number(at + 12 + 3 * offsets_, offsets_);
-    } else {
-      fail(*file_, byte_place(static_cast<std::size_t>(at) + 8),
-           "found superblock " + std::to_string(version) + ", wanted 0 to 3");
-    }
-    walk("", root, 0);
-  }
-
-  struct Found {
-    std::string path;  // of the data set
-    DataSet data;
-  };
-  std::vector<Found> sets;
-  std::string unknown;  // a group that could not be read, and why
-  std::uint64_t base() const { return base_; }
-  std::size_t offsets() const { return offsets_; }
-
- private:
-  std::string text_or_nothing(std::uint64_t at, std::size_t size) const {
-    return at <= file_->size() && size <= file_->size() - at ? text_at(*file_, at, size) : "";
-  }
-  std::string text(std::uint64_t at, std::uint64_t size) const {
-    return text_at(*file_, at, static_cast<std::size_t>(std::min(size, file_->size() + 1)));
-  }
-  std::uint64_t number(std::uint64_t at, std::size_t size) const {
-    return number_in(text_at(*file_, at, size), 0, size);
-  }
-  // Little-endian; where all bits are set it is undefined. 0 beyond the end, which is no address.
-  static std::uint64_t number_in(const std::string& bytes, std::size_t at, std::size_t size) {
-    std::uint64_t value = 0;
-    if (at > bytes.size() || size > bytes.size() - at) return 0;
-    for (std::size_t k = 0; k < size; ++k)
-      value |= std::uint64_t{static_cast<unsigned char>(bytes[at + k])} << (8 * k);
-    if (size < 8 && size >= 4 && value == (std::uint64_t{1} << (8 * size)) - 1) return kUndefined;
-    return value;
-  }
-  void check_sizes() const {
-    for (const std::uint64_t size : {offsets_, lengths_})
-      if (size != 4 && size != 8)
-        fail(*file_, "superblock",
-             "states numbers of " + std::to_string(size) + " bytes, wanted 4 or 8");
-  }
-  std::uint64_t place(std::uint64_t address) const {
-    std::uint64_t at = 0;
-    if (address == kUndefined || __builtin_add_overflow(address, base_, &at) || at >= file_->size())
-      fail(*file_, "",
-           "an address leads to byte " + std::to_string(address) +
-               ", beyond the file's end (truncated?)");
-    return at;
-  }
-
-  void walk(const std::string& path, std::uint64_t address, std::size_t depth) {
-    if (depth > kDeepest || !seen_.insert(address).second) return;  // a link back
-    if (seen_.size() > kMostObjects) fail(*file_, "", "has too many groups and data sets");
-    Object object = read_object(address);
-    if (object.data.has_layout) {
-      if (path.empty()) fail(*file_, "", "its root is no group (damaged?)");
-      sets.push_back({path.substr(1), std::move(object.data)});
-      return;
-    }
-    if (!object.unknown.empty()) unknown = (path.empty() ? "/" : path) + " " + object.unknown;
-    for (const Link& link : object.links) walk(path + "/" + link.name, link.address, depth + 1);
-  }
-
-  struct Message {
-    unsigned type = 0;
-    std::string data;
-  };
-
-  std::vector<Message> messages_of(std::uint64_t address) {
-    std::vector<Message> messages;
-    struct Block {
-      std::uint64_t at, size;
-    };
-    std::vector<Block> blocks;
-    const std::uint64_t at = place(address);
-    const bool second = text_or_nothing(at, 4) == "OHDR";
-    std::size_t head = 8;
-    if (second) {
-      const auto flags = number(at + 5, 1);
-      std::uint64_t from = at + 6 + (flags & 0x20 ? 16 : 0) + (flags & 0x10 ? 4 : 0);
-      const std::size_t width = std::size_t{1} << (flags & 3);
-      blocks.push_back({from + width, number(from, width)});
-      head = 4 + (flags & 4 ? 2 : 0);
-    } else {
-      if (number(at, 1) != 1)
-        fail(*file_, byte_place(static_cast<std::size_t>(at)), "wanted the header of an object");
-      blocks.push_back({at + 16, number(at + 8, 4)});
-    }
-    for (std::size_t b = 0; b < blocks.size(); ++b) {
-      constexpr std::size_t kMostBlocks = 1024;
-      if (b == kMostBlocks) fail(*file_, "", "an object's header never ends");
-      const std::string block = text(blocks[b].at, blocks[b].size);
-      for (std::size_t p = 0; p + head <= block.size();) {
-        Message message;
-        message.type = static_cast<unsigned>(number_in(block, p, second ? 1 : 2));
-        const auto size = static_cast<std::size_t>(number_in(block, p + (second ? 1 : 2), 2));
-        const auto flags = number_in(block, p + (second ? 3 : 4), 1);
-        if (size > block.size() - p - head) break;  // a gap
-        message.data = block.substr(p + head, size);
-        p += head + size;
-        if (message.type == 0x10) {
-          std::uint64_t from = place(number_in(message.data, 0, offsets_));
-          std::uint64_t length = number_in(message.data, offsets_, lengths_);
-          if (second && length >= 8) {  // between "OCHK" and a checksum
-            from += 4;
-            length -= 8;
-          }
-          blocks.push_back({from, length});
-        } else if (flags & 2) {
-          message.data.clear();  // shared: kept elsewhere
-          message.type |= 0x100;
-          messages.push_back(std::move(message));
-        } else {
-          messages.push_back(std::move(message));
-        }
-        if (messages.size() > kMostMessages) fail(*file_, "", "an object has too many messages");
-      }
-    }
-    return messages;
-  }
-
-  Object read_object(std::uint64_t address) {
-    Object object;
-    for (const Message& message : messages_of(address)) {
-      const std::string& d = message.data;
-      DataSet& data = object.data;
-      switch (message.type) {
-        case 0x01:
-          data.has_space = true;
-          read_space(d, data);
-          break;
-        case 0x03:
-          read_type(d, data);
-          break;
-        case 0x103:
-          data.unknown = "has a type that is kept elsewhere";
-          break;
-        case 0x08:
-          data.has_layout = true;
-          read_layout(d, data);
-          break;
-        case 0x0b:
-          read_filters(d, data);
-          break;
-        case 0x11:
-          read_symbols(place(number_in(d, 0, offsets_)), number_in(d, offsets_, offsets_),
-                       object.links);
-          break;
-        case 0x06:
-          read_link(d, object.links);
-          break;
-        case 0x02: {
-          const bool tracked = number_in(d, 1, 1) & 1;
-          if (number_in(d, tracked ? 10 : 2, offsets_) != kUndefined)
-            object.unknown =
-                "keeps its links in a heap, which is not read (save it with "
-                "h5py's default libver)";
-          break;
-        }
-        default:
-          break;
-      }
-    }
-    return object;
-  }
-
-  void read_space(const std::string& d, DataSet& data) const {
-    const auto version = number_in(d, 0, 1), rank = number_in(d, 1, 1);
-    const std::size_t first = version == 1 ? 8 : 4;
-    constexpr std::uint64_t kMostRank = 32;
-    if (rank > kMostRank || d.size() < first + rank * lengths_) {
-      data.unknown = "has dimensions that are not known";
-      return;
-    }
-    for (std::size_t k = 0; k < rank; ++k)
-      data.shape.push_back(number_in(d, first + k * lengths_, lengths_));
-  }
-
-  void read_type(const std::string& d, DataSet& data, std::size_t at = 0) const {
-    const auto kind = number_in(d, at, 1) & 15, version = number_in(d, at, 1) >> 4;
-    const auto bits = number_in(d, at + 1, 3);
-    const auto size = number_in(d, at + 4, 4);
-    if (at == 0) data.element = static_cast<std::size_t>(std::min<std::uint64_t>(size, 1 << 20));
-    if (kind == 0 || kind == 1 || kind == 8) {  // 8: an enumeration, such as a truth value
-      data.order = bits & 1 ? std::endian::big : std::endian::little;
-      const bool is_signed = kind != 0 || bits & 8;
-      if (kind == 1 && size == 4) data.type = Scalar::float32;
-      if (kind == 1 && size == 8) data.type = Scalar::float64;
-      if (kind == 0 && size == 1) data.type = is_signed ? Scalar::int8 : Scalar::uint8;
-      if (kind == 0 && size == 2) data.type = is_signed ? Scalar::int16 : Scalar::uint16;
-      if (kind == 0 && size == 4) data.type = is_signed ? Scalar::int32 : Scalar::uint32;
-      if (kind == 0 && size == 8) data.type = is_signed ? Scalar::int64 : Scalar::uint64;
-      if (kind == 8 && size == 1) data.type = Scalar::int8;
-    } else if (kind == 10 && at == 0 && version >= 2) {  // a few numbers as one element
-      const auto rank = number_in(d, 8, 1);
-      const std::size_t dims = version == 2 ? 12 : 9;
-      if (rank != 1) return;
-      data.components = static_cast<std::size_t>(number_in(d, dims, 4));
-      read_type(d, data, dims + (version == 2 ? 8 : 4));
-      if (!data.type || data.components == 0 ||
-          data.element / size_of(*data.type) != data.components)
-        data.type.reset();
-    }
-    if (at == 0 && data.components == 1 && data.type && size_of(*data.type) != data.element)
-      data.type.reset();
-  }
-
-  void read_layout(const std::string& d, DataSet& data) const {
-    const auto version = number_in(d, 0, 1);
-    if (version != 3 && version != 4) {
-      data.unknown = "has a layout of version " + std::to_string(version);
-      return;
-    }
-    data.storage = static_cast<int>(number_in(d, 1, 1));
-    if (data.storage == 0) {
-      data.compact = d.substr(std::min<std::size_t>(4, d.size()),
-                              static_cast<std::size_t>(number_in(d, 2, 2)));
-    } else if (data.storage == 1) {
-      data.address = number_in(d, 2, offsets_);
-      data.size = number_in(d, 2 + offsets_, lengths_);
-    } else if (data.storage == 2 && version == 3) {
-      const auto rank = number_in(d, 2, 1);  // one more than the space's
-      data.address = number_in(d, 3, offsets_);
-      if (rank < 2 || rank > 33 || d.size() < 3 + offsets_ + 4 * rank) {
-        data.unknown = "has chunks of a shape that is not known";
-        return;
-      }
-      for (std::size_t k = 0; k + 1 < rank; ++k)
-        data.chunk.push_back(number_in(d, 3 + offsets_ + 4 * k, 4));
-    } else {
-      data.unknown =
-          "keeps its chunks in a way of later versions (save it with h5py's default "
-          "libver)";
-    }
-  }
-
-  void read_filters(const std::string& d, DataSet& data) const {
-    const auto version = number_in(d, 0, 1), count = number_in(d, 1, 1);
-    std::size_t at = version == 1 ? 8 : 2;
-    for (std::uint64_t k = 0; k < count && at < d.size(); ++k) {
-      const int id = static_cast<int>(number_in(d, at, 2));
-      at += 2;
-      std::size_t name = 0;
-      if (version == 1 || id >= 256) {
-        name = static_cast<std::size_t>(number_in(d, at, 2));
-        at += 2;
-      }
-      const auto values = static_cast<std::size_t>(number_in(d, at + 2, 2));
-      at += 4 + (version == 1 ? (name + 7) / 8 * 8 : name) + 4 * values;
-      if (version == 1 && values % 2) at += 4;
-      data.filters.push_back(id);
-      if (id < 1 || id > 3)
-        data.unknown = "is packed by filter " + std::to_string(id) +
-                       ", wanted deflate, shuffle or fletcher32 (save it with gzip)";
-    }
-  }
-
-  void read_link(const std::string& d, std::vector<Link>& links) const {
-    const auto flags = number_in(d, 1, 1);
-    std::size_t at = 2;
-    const auto kind = flags & 8 ? number_in(d, at++, 1) : 0;
-    if (flags & 4) at += 8;
-    if (flags & 16) ++at;
-    const std::size_t width = std::size_t{1} << (flags & 3);
-    const auto length =
-        static_cast<std::size_t>(std::min<std::uint64_t>(number_in(d, at, width), d.size()));
-    at += width;
-    if (kind != 0 || at > d.size() || length > d.size() - at) return;  // no hard link
-    links.push_back({d.substr(at, length), number_in(d, at + length, offsets_)});
-  }
-
-  // A group of the first kind: a tree of lists of names in a heap.
-  void read_symbols(std::uint64_t tree, std::uint64_t heap_address, std::vector<Link>& links) {
-    const std::uint64_t heap = place(heap_address);
-    if (text_or_nothing(heap, 4) != "HEAP") fail(*file_, "", "a group has no heap of names");
-    const std::string names =
-        text(place(number(heap + 8 + 2 * lengths_, offsets_)), number(heap + 8, lengths_));
-    read_tree(tree, 0, names, links);
-  }
-
-  void read_tree(std::uint64_t at, std::size_t depth, const std::string& names,
-                 std::vector<Link>& links) {
-    if (depth > kDeepest || links.size() > kMostObjects)
-      fail(*file_, "", "a group's tree of names never ends");
-    const std::string mark = text_or_nothing(at, 4);
-    if (mark == "TREE") {
-      const auto level = number(at + 5, 1), count = number(at + 6, 2);
-      // Keys and children in turn; only a child of a lower level is followed.
-      const std::string entries = text(at + 8 + 2 * offsets_, count * (lengths_ + offsets_));
-      for (std::size_t k = 0; k < count; ++k) {
-        const std::uint64_t child =
-            place(number_in(entries, k * (lengths_ + offsets_) + lengths_, offsets_));
-        const bool leaf = text_or_nothing(child, 4) == "SNOD";
-        if (!leaf && (level == 0 || number(child + 5, 1) >= level))
-          fail(*file_, "", "a group's tree of names leads back into itself");
-        if (++nodes_ > kMostObjects) fail(*file_, "", "a group's tree of names is too large");
-        read_tree(child, depth + 1, names, links);
-      }
-    } else if (mark == "SNOD") {
-      const auto count = number(at + 6, 2);
-      const std::size_t entry = 2 * offsets_ + 24;
-      const std::string entries = text(at + 8, count * entry);
-      for (std::size_t k = 0; k < count; ++k) {
-        const auto name = number_in(entries, k * entry, offsets_);
-        if (name >= names.size()) continue;
-        if (number_in(entries, k * entry + 2 * offsets_, 4) == 2) continue;  // a soft link
-        links.push_back({std::string(names.c_str() + name),
-                         number_in(entries, k * entry + offsets_, offsets_)});
-      }
-    } else {
-      fail(*file_, byte_place(static_cast<std::size_t>(at)), "wanted a tree of names");
-    }
-  }
-
-  std::shared_ptr<const Bytes> file_;
-  std::size_t offsets_ = 8, lengths_ = 8;
-  std::uint64_t base_ = 0;
-  std::set<std::uint64_t> seen_;  // objects
-  std::size_t nodes_ = 0;         // of trees of names
-};
 
 std::string folder_of(const std::string& path) {
   const std::size_t slash = path.rfind('/');
@@ -403,19 +24,18 @@ std::string name_in_folder(const std::string& path) {
 }
 
 // The values of a data set.
-BagArray array_of(const std::shared_ptr<const Bytes>& file, const Reader& reader,
-                  const Reader::Found& found) {
-  const DataSet& data = found.data;
-  const std::string place = shown(found.path);
+BagArray array_of(const std::shared_ptr<const Bytes>& file, const Hdf5Objects& objects,
+                  const Hdf5DataSet& data) {
+  const std::string place = shown(data.path);
   std::uint64_t across = 1;
   for (std::size_t k = 1; k < data.shape.size(); ++k)
     if (__builtin_mul_overflow(across, data.shape[k], &across)) across = UINT64_MAX >> 20;
-  refuse_shape(*file, place, name_in_folder(found.path), data.shape);
+  refuse_shape(*file, place, name_in_folder(data.path), data.shape);
   constexpr std::uint64_t kMostAcross = 4096;
   if (across > kMostAcross) fail(*file, place, "has rows that are too long");
   BagArray array;
   array.rows = data.shape.empty() ? 1 : data.shape[0];
-  array.data = {name_in_folder(found.path),
+  array.data = {name_in_folder(data.path),
                 static_cast<std::size_t>(across) * data.components,
                 *data.type,
                 data.order,
@@ -431,36 +51,36 @@ BagArray array_of(const std::shared_ptr<const Bytes>& file, const Reader& reader
   } else if (data.storage == 0) {
     array.data.bytes = owned_bytes(file->name(), data.compact);
   } else if (data.storage == 1) {
-    if (data.address == kUndefined)
+    if (data.address == kHdf5Undefined)
       fail(*file, place, "holds no values: none were ever written to it");
     if (data.size < bytes)
       fail(*file, place,
            "has room for " + std::to_string(data.size) + " bytes, wanted " + std::to_string(bytes) +
                " for its shape (damaged?)");
     array.data.bytes = file;
-    if (__builtin_add_overflow(data.address, reader.base(), &array.data.offset))
+    if (__builtin_add_overflow(data.address, objects.base, &array.data.offset))
       fail(*file, place, "lies beyond the file's end (truncated?)");
   } else {
     check_unpacked(*file, bytes, place);
-    array.data.bytes = hdf5_chunks(file, place, reader.base(), data.address, reader.offsets(),
+    array.data.bytes = hdf5_chunks(file, place, objects.base, data.address, objects.offsets,
                                    data.shape, data.chunk, data.element, data.filters);
   }
   return array;
 }
 
 // The data sets of each group.
-using Groups = std::map<std::string, std::vector<const Reader::Found*>>;
+using Groups = std::map<std::string, std::vector<const Hdf5DataSet*>>;
 
-Groups groups_of(const Reader& reader) {
+Groups groups_of(const Hdf5Objects& objects) {
   Groups groups;
-  for (const Reader::Found& found : reader.sets) groups[folder_of(found.path)].push_back(&found);
+  for (const Hdf5DataSet& found : objects.sets) groups[folder_of(found.path)].push_back(&found);
   return groups;
 }
 
-bool holds_positions(const std::vector<const Reader::Found*>& sets) {
-  return std::any_of(sets.begin(), sets.end(), [](const Reader::Found* found) {
+bool holds_positions(const std::vector<const Hdf5DataSet*>& sets) {
+  return std::any_of(sets.begin(), sets.end(), [](const Hdf5DataSet* found) {
     const std::string name = name_in_folder(found->path);
-    const bool of_vectors = found->data.shape.size() == 2 || found->data.components == 3;
+    const bool of_vectors = found->shape.size() == 2 || found->components == 3;
     return of_vectors ? is_position(name) : lower_case(name) == "x";
   });
 }
@@ -489,7 +109,7 @@ std::vector<std::string> groups_named(const Groups& groups, const std::string& n
 }
 
 // Says why none of `candidates`, which are not one, is read.
-[[noreturn]] void refuse(const Bytes& file, const Reader& reader, const Groups& groups,
+[[noreturn]] void refuse(const Bytes& file, const Hdf5Objects& objects, const Groups& groups,
                          const std::vector<std::string>& candidates, const std::string& asked) {
   std::string list;
   for (const std::string& group : candidates) list += (list.empty() ? "/" : ", /") + group;
@@ -502,7 +122,7 @@ std::vector<std::string> groups_named(const Groups& groups, const std::string& n
                              : "has no group or data set " + in_quotes(asked))
             : "holds particles in several groups, say which by " + setting("dataset")) +
            (list.empty() ? "" : ", it has " + shown(list)) +
-           (reader.unknown.empty() ? "" : "; " + shown(reader.unknown)));
+           (objects.unknown.empty() ? "" : "; " + shown(objects.unknown)));
 }
 
 // What is read.
@@ -511,30 +131,30 @@ struct Choice {
   std::string dataset;  // the one of its data sets that was asked for; empty: none was
 };
 
-Choice choose(const Bytes& file, const Reader& reader, const Groups& groups,
+Choice choose(const Bytes& file, const Hdf5Objects& objects, const Groups& groups,
               const std::string& asked) {
-  for (const Reader::Found& found : reader.sets)
+  for (const Hdf5DataSet& found : objects.sets)
     if (!asked.empty() && found.path == asked) return {folder_of(asked), name_in_folder(asked)};
   const std::vector<std::string> candidates =
       asked.empty() ? groups_with_positions(groups) : groups_named(groups, asked);
-  if (candidates.size() != 1) refuse(file, reader, groups, candidates, asked);
+  if (candidates.size() != 1) refuse(file, objects, groups, candidates, asked);
   return {candidates[0], ""};
 }
 
 // The data sets of a group that hold numbers. `flaw` gets why one that is not needed cannot be
 // read.
-std::vector<BagArray> arrays_of(const std::shared_ptr<const Bytes>& file, const Reader& reader,
-                                const std::vector<const Reader::Found*>& sets, std::string& flaw) {
+std::vector<BagArray> arrays_of(const std::shared_ptr<const Bytes>& file,
+                                const Hdf5Objects& objects,
+                                const std::vector<const Hdf5DataSet*>& sets, std::string& flaw) {
   std::vector<BagArray> arrays;
-  for (const Reader::Found* found : sets) {
-    const DataSet& data = found->data;
-    if (!data.unknown.empty()) {
-      flaw = shown(found->path) + " " + data.unknown;
+  for (const Hdf5DataSet* found : sets) {
+    if (!found->unknown.empty()) {
+      flaw = shown(found->path) + " " + found->unknown;
       if (has_use(name_in_folder(found->path))) fail(*file, "", flaw);
       continue;
     }
-    if (!data.type || !data.has_space || data.shape.empty()) continue;
-    arrays.push_back(array_of(file, reader, *found));
+    if (!found->type || !found->has_space || found->shape.empty()) continue;
+    arrays.push_back(array_of(file, objects, *found));
   }
   return arrays;
 }
@@ -542,14 +162,14 @@ std::vector<BagArray> arrays_of(const std::shared_ptr<const Bytes>& file, const 
 }  // namespace
 
 Layout hdf5_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& options) {
-  const Reader reader(file);
+  const Hdf5Objects objects = hdf5_objects(file);
   std::string asked = options.dataset;
   while (asked.starts_with("/")) asked.erase(0, 1);
   while (asked.ends_with("/")) asked.pop_back();
-  const Groups groups = groups_of(reader);
-  const Choice choice = choose(*file, reader, groups, asked);
+  const Groups groups = groups_of(objects);
+  const Choice choice = choose(*file, objects, groups, asked);
   std::string flaw;
-  std::vector<BagArray> arrays = arrays_of(file, reader, groups.at(choice.group), flaw);
+  std::vector<BagArray> arrays = arrays_of(file, objects, groups.at(choice.group), flaw);
   try {
     return layout_of_bag(*file, std::move(arrays), choice.dataset, options);
   } catch (const InputError& error) {
