@@ -95,53 +95,82 @@ void write_vtp(OutputFile& file, const Mesh& mesh, const std::string& job) {
   file.write("\n</AppendedData>\n</VTKFile>\n");
 }
 
-void write_glb(OutputFile& file, const Mesh& mesh, const std::string& job) {
+namespace {
+
+// A glTF's JSON, and the values that its views of the buffer show, one after the other.
+class GltfMesh {
+ public:
+  GltfMesh(const Mesh& mesh, const std::string& job) {
+    Json extras;
+    // The hash first, so that it is within the file's first bytes.
+    extras["meniscus.hash"] = kNoHash;
+    if (!job.empty()) extras["meniscus.job"] = job;
+    root_["asset"] = {{"extras", extras}, {"version", "2.0"}, {"generator", "Meniscus"}};
+    const bool is_empty = mesh.position.empty();  // a glTF has no accessor of nothing
+    if (!is_empty) add(mesh);
+    root_["scenes"].push_back(is_empty ? Json{{"name", "empty"}} : Json{{"nodes", {0}}});
+    root_["scene"] = 0;
+  }
+
+  std::string json() const {
+    std::string text = root_.dump();
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    return text;
+  }
+  std::uint64_t size() const { return size_; }  // bytes of the values
+  void write_values(OutputFile& file) const {
+    for (const Values& values : values_)
+      file.write(values.first, static_cast<std::size_t>(values.bytes));
+  }
+
+ private:
   using Json = nlohmann::ordered_json;
-  constexpr int kFloat = 5126, kUnsigned = 5125, kVertices = 34962, kIndices = 34963;
-  check_job(job);
-  Json root;
-  Json extras;
-  // The hash first, so that it is within the file's first bytes.
-  extras["meniscus.hash"] = kNoHash;
-  if (!job.empty()) extras["meniscus.job"] = job;
-  root["asset"] = {{"extras", extras}, {"version", "2.0"}, {"generator", "Meniscus"}};
-  struct Chunk {
-    const void* values;
+  static constexpr int kFloat = 5126, kUnsigned = 5125, kVertices = 34962, kIndices = 34963;
+  struct Values {
+    const void* first;
     std::uint64_t bytes;
   };
-  std::vector<Chunk> chunks;
-  std::uint64_t size = 0;
-  const auto add = [&](const void* values, std::uint64_t bytes, std::uint64_t count, int component,
-                       const char* type, int target) {
-    root["bufferViews"].push_back(
-        {{"buffer", 0}, {"byteOffset", size}, {"byteLength", bytes}, {"target", target}});
-    root["accessors"].push_back({{"bufferView", chunks.size()},
-                                 {"componentType", component},
-                                 {"count", count},
-                                 {"type", type}});
-    chunks.push_back({values, bytes});
-    size += bytes;  // all values have four bytes, so that all begin at a multiple of four
-    return chunks.size() - 1;
-  };
-  const std::uint64_t vertices = mesh.position.size();
-  if (vertices > 0) {  // a glTF has no accessor of nothing
-    Json attributes;
+
+  // Returns the accessor.
+  std::size_t add(const void* values, std::uint64_t bytes, std::uint64_t count, int component,
+                  const char* type, int target) {
+    root_["bufferViews"].push_back(
+        {{"buffer", 0}, {"byteOffset", size_}, {"byteLength", bytes}, {"target", target}});
+    root_["accessors"].push_back({{"bufferView", values_.size()},
+                                  {"componentType", component},
+                                  {"count", count},
+                                  {"type", type}});
+    values_.push_back({values, bytes});
+    size_ += bytes;  // all values have four bytes, so that all begin at a multiple of four
+    return values_.size() - 1;
+  }
+
+  std::size_t add(const std::vector<Vec3>& vectors) {
+    return add(vectors.data(), vectors.size() * sizeof(Vec3), vectors.size(), kFloat, "VEC3",
+               kVertices);
+  }
+
+  std::size_t add_positions(const std::vector<Vec3>& positions) {
     std::array<float, 3> low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
-    for (const Vec3& p : mesh.position) {
+    for (const Vec3& p : positions) {
       const std::array<float, 3> q{p.x, p.y, p.z};
       for (std::size_t k = 0; k < 3; ++k) {
         low[k] = std::min(low[k], q[k]);
         high[k] = std::max(high[k], q[k]);
       }
     }
-    const auto vectors = [&](const std::vector<Vec3>& values) {
-      return add(values.data(), values.size() * sizeof(Vec3), vertices, kFloat, "VEC3", kVertices);
-    };
-    attributes["POSITION"] = vectors(mesh.position);
-    root["accessors"].back()["min"] = low;
-    root["accessors"].back()["max"] = high;
-    attributes["NORMAL"] = vectors(mesh.normal);
-    if (!mesh.velocity.empty()) attributes["_velocity"] = vectors(mesh.velocity);
+    const std::size_t accessor = add(positions);
+    root_["accessors"].back()["min"] = low;
+    root_["accessors"].back()["max"] = high;
+    return accessor;
+  }
+
+  void add(const Mesh& mesh) {
+    const std::uint64_t vertices = mesh.position.size();
+    Json attributes;
+    attributes["POSITION"] = add_positions(mesh.position);
+    attributes["NORMAL"] = add(mesh.normal);
+    if (!mesh.velocity.empty()) attributes["_velocity"] = add(mesh.velocity);
     for (const Attribute& attribute : mesh.attributes)
       attributes[std::string("_").append(well_formed(free_name(attribute.name, {"velocity"})))] =
           add(attribute.values.data(), vertices * sizeof(float), vertices, kFloat, "SCALAR",
@@ -152,16 +181,24 @@ void write_glb(OutputFile& file, const Mesh& mesh, const std::string& job) {
           add(mesh.triangle.data(), mesh.triangle.size() * sizeof mesh.triangle[0],
               3 * mesh.triangle.size(), kUnsigned, "SCALAR", kIndices);
     else
-      primitive["mode"] = 0;
-    root["meshes"].push_back({{"name", "surface"}, {"primitives", {primitive}}});
-    root["nodes"].push_back({{"mesh", 0}, {"name", "surface"}});
-    root["buffers"].push_back({{"byteLength", size}});
+      primitive["mode"] = 0;  // points
+    root_["meshes"].push_back({{"name", "surface"}, {"primitives", {primitive}}});
+    root_["nodes"].push_back({{"mesh", 0}, {"name", "surface"}});
+    root_["buffers"].push_back({{"byteLength", size_}});
   }
-  root["scenes"].push_back(vertices > 0 ? Json{{"nodes", {0}}} : Json{{"name", "empty"}});
-  root["scene"] = 0;
-  std::string text = root.dump();
-  text.resize((text.size() + 3) / 4 * 4, ' ');
-  const std::uint64_t whole = 12 + 8 + text.size() + (size > 0 ? 8 + size : 0);
+
+  Json root_;
+  std::vector<Values> values_;
+  std::uint64_t size_ = 0;
+};
+
+}  // namespace
+
+void write_glb(OutputFile& file, const Mesh& mesh, const std::string& job) {
+  check_job(job);
+  const GltfMesh gltf(mesh, job);
+  const std::string text = gltf.json();
+  const std::uint64_t whole = 12 + 8 + text.size() + (gltf.size() > 0 ? 8 + gltf.size() : 0);
   require(whole <= std::numeric_limits<std::uint32_t>::max(),
           "write_mesh: " + file.path() + " would have " + std::to_string(whole) +
               " bytes, a .glb has 4 GiB at most (write .ply or .vtp)");
@@ -175,10 +212,10 @@ void write_glb(OutputFile& file, const Mesh& mesh, const std::string& job) {
   put(text.size());
   file.write("JSON");
   file.write(text);
-  if (size == 0) return;
-  put(size);
+  if (gltf.size() == 0) return;
+  put(gltf.size());
   file.write(std::string_view("BIN\0", 4));
-  for (const Chunk& chunk : chunks) file.write(chunk.values, static_cast<std::size_t>(chunk.bytes));
+  gltf.write_values(file);
 }
 
 void write_stl(OutputFile& file, const Mesh& mesh, const std::string& job) {

@@ -28,6 +28,17 @@ bool is_mesh(const std::string& path) {
   return is_mesh_ending(lower_case(fs::path(path).extension().string()));
 }
 
+void refuse_scene(const std::string& path) {
+  const std::string ending = lower_case(fs::path(path).extension().string());
+  const std::string ply = " (name it " + fs::path(path).replace_extension(".ply").string();
+  if (ending.starts_with(".usd"))
+    throw InvalidArgument("output " + path + ": USD is not written" + ply +
+                          "; scripts/usd_sequence.py makes one USD file of such meshes)");
+  if (ending == ".abc" || ending == ".fbx" || ending == ".gltf")
+    throw InvalidArgument("output " + path + ": this is a scene, and only meshes are written" +
+                          ply + ", or .glb)");
+}
+
 OutputKind kind_of(const std::string& path) {
   const fs::path lower = lower_case(path);
   const std::string ending = lower.extension().string();
@@ -43,6 +54,7 @@ OutputKind kind_of(const std::string& path) {
     if (ending == picture)
       throw InvalidArgument("output " + path + ": pictures are written as .png (name it " +
                             fs::path(path).replace_extension(".png").string() + "), maps as .exr");
+  refuse_scene(path);
   throw InvalidArgument(
       "output " + path +
       ": unknown file ending, must be .exr (maps), .deep.exr (layers), .ply, .vtp, .glb, "

@@ -16,6 +16,10 @@ enum class OutputKind { exr, deep, mesh, png };
 /// Whether a file of this name holds a mesh, by its ending.
 bool is_mesh(const std::string& path);
 
+/// Throws InvalidArgument where a name asks for a file of scenes, such as USD or Alembic: it says
+/// which mesh to write instead.
+void refuse_scene(const std::string& path);
+
 /// By the ending, which is .deep.exr of deep. Throws InvalidArgument.
 OutputKind kind_of(const std::string& path);
 

@@ -62,10 +62,12 @@ int run_mesh(ExtractOptions options, const CLI::App& command) {
     check(*options.closed);
     check(options.parameters);
     for (const std::string& path : options.outputs)
-      if (path != "-" && !is_mesh(path))
+      if (path != "-" && !is_mesh(path)) {
+        refuse_scene(path);
         throw usage_error("output " + path +
                           ": a closed mesh is written as .ply, .vtp, .glb, .obj or .stl "
                           "(meniscus extract makes maps and pictures)");
+      }
   });
   use_threads(options.threads);
   options.input = sequence_in_folder(options.input);

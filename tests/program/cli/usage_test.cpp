@@ -148,6 +148,10 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{
             "NearlyACommand", {"exract", "in.ply"}, {"no command exract, did you mean extract?"}},
         WrongUsage{"Jpeg", {"extract", "in.ply", "-o", "a.jpg"}, {"written as .png", "a.png"}},
+        WrongUsage{
+            "Usd", {"extract", "in.ply", "-o", "a.usdc"}, {"USD", "a.ply", "usd_sequence.py"}},
+        WrongUsage{"MeshAsUsd", {"mesh", "in.ply", "-o", "a.usdz"}, {"USD", "a.ply"}},
+        WrongUsage{"Alembic", {"mesh", "in.ply", "-o", "a.abc"}, {"a.ply", ".glb"}},
         WrongUsage{"StandardOutput", {"extract", "in.ply", "-o", "-"}, {"standard output"}},
         WrongUsage{"FovOfNoCamera", extract_with({"--fov", "200"}), {"field of view is 200"}},
         WrongUsage{"UpOfNoCamera", extract_with({"--up", "0,0,0"}), {"up must be"}},
