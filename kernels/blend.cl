@@ -330,7 +330,9 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
     }
   }
   const floatv vr = 1.0f / larger(wr, tiny);
-  const floatv rx = crx * vr - A.cx * va, ry = cry * vr - A.cy * va, rz = crz * vr - A.cz * va;
+  const floatv of_a = va * rest_share, of_b = vb * share;  // of the sheet that is shown
+  const floatv rx = crx * vr - fma(A.cx, of_a, B.cx * of_b), ry = cry * vr - fma(A.cy, of_a, B.cy * of_b),
+               rz = crz * vr - fma(A.cz, of_a, B.cz * of_b);
   const intv ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
   // The mean trust under the weights without it; what only rounding keeps from 1 is 1. Where hardly

@@ -444,12 +444,16 @@ kernel void measure_edges(global const float4* place, global const float4* norma
       firm += q * smooth_step(0.85f, 0.95f, agreeing);
     }
   }
-  const floatv least = (floatv)(0.005f), all = own.u + near;
-  const floatv counts = by.groups ? LOADF(telling + lane) : one;
-  const floatv firmness =
-      counts * SELECT(one, fmax(least, smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f);
+  const floatv all = own.u + near, off = sqrt(distances / total);
   const floatv spread = SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f);
-  STOREF(counts * edge_of(own.u, near, agree), rows + lane);
+  const floatv agreed =
+      SELECT(one, fmax((floatv)(0.005f), smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f);
+  // A bevel along an edge agrees with its row alone, and the others lie farther off than its own rest.
+  const floatv bevel = (one - agreed) * (one - roundness) * smooth_step(0.4f, 0.55f, spread - 2.0f * off);
+  const floatv counts = by.groups ? LOADF(telling + lane) : one;
+  const floatv firmness = counts * larger(agreed * (one - bevel), (floatv)(0.001f));
+  const floatv edge = counts * larger(edge_of(own.u, near, agree) * (one - bevel), (floatv)(0.0005f));
+  STOREF(edge, rows + lane);
   STOREF(firmness, rows + lanes + lane);
   STOREF(spread, rows + 2 * lanes + lane);
   STOREF(number, rows + 3 * lanes + lane);
@@ -460,7 +464,7 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   STOREF(roundness, rows + 8 * lanes + lane);
   const floatv before = LOADF(residual + lane);
   const intv fitted = before >= 0.0f, used = LOADI(to + lane) >= 0;
-  STOREF(SELECT(before, sqrt(distances / total), fitted), residual + lane);
+  STOREF(SELECT(before, off, fitted), residual + lane);
 
   const floatv behind = clamp(-c[0], -1.0f, 1.0f);
   const floatv foot = SELECT(none, feet.offset + behind, fitted), deep = foot - feet.deep;

@@ -255,21 +255,16 @@ TEST_P(ParticleFit, EdgesSpreadAndSupportersMatchTheReference) {
     for (std::size_t k = 0; k < fits.size(); ++k) {
       const auto expected = reference::measure(
           all, static_cast<std::size_t>(scene.place[k]), fits.support[k], fits.quadric[k],
-          reference::round_params(params, fits.roundness[k]), fits.roundness[k]);
+          fits.residual[k], reference::round_params(params, fits.roundness[k]), fits.roundness[k]);
       if (expected.margin < 1e-5) continue;  // a neighbour more or less
       ++decided;
-      const double n = expected.neighbours;
-      // The share is a quotient of sums of n terms of some 10 roundings; agreement is steep, 1.5 /
-      // 0.1 times n.n', good to 4 epsilon. smoothstep's slope is 1.5 / 0.3 at most.
-      const double bound = kEpsilon * (2 * n + 20 + 60) * 1.5 / 0.3;
+      const double bound = reference::edge_error(expected, params);
       EXPECT_NEAR(fits.edge[k], expected.edge, bound);
       EXPECT_NEAR(fits.firmness[k], expected.firmness, bound);
-      // f is good to 20 epsilon of its terms, which add up to 1.5 rho; the weights, as in
-      // weight_error without its last factor, move a mean of squares below 4.
-      const double f = 20 * kEpsilon * 1.5 * params.support;
-      const double square = 4 * kEpsilon * (2 * n + 12 / 0.25 + 20) + 2 * 2 * f;
-      EXPECT_NEAR(fits.spread[k] * fits.spread[k], expected.spread * expected.spread, square);
-      EXPECT_NEAR(fits.supporters[k], expected.supporters, expected.supporters * n * kEpsilon);
+      EXPECT_NEAR(fits.spread[k] * fits.spread[k], expected.spread * expected.spread,
+                  reference::spread_error(expected, params));
+      EXPECT_NEAR(fits.supporters[k], expected.supporters,
+                  expected.supporters * expected.neighbours * kEpsilon);
       least = std::min(least, fits.edge[k]);
       most = std::max(most, fits.edge[k]);
       narrowest = std::min(narrowest, fits.support[k]);

@@ -383,7 +383,10 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       nrz = fused(w, gz, nrz);
     }
   const Floats vr = 1.0f / larger(wr, tiny);
-  const Floats rx = crx * vr - A.cx * va, ry = cry * vr - A.cy * va, rz = crz * vr - A.cz * va;
+  const Floats of_a = va * rest_share, of_b = vb * share;
+  const Floats rx = crx * vr - fused(A.cx, of_a, B.cx * of_b),
+               ry = cry * vr - fused(A.cy, of_a, B.cy * of_b),
+               rz = crz * vr - fused(A.cz, of_a, B.cz * of_b);
   const Ints ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
   const Ints edge = (B.w > 0.03f * A.w) & (h < 0.0f) & meet;

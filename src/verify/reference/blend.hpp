@@ -232,7 +232,9 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     normal += w * g;
   }
   if (weight > 1e-3 && level > 0) {
-    const Vec3d to = centre / weight - a.centre;
+    const Vec3d shown =
+        (share < 1 ? (1 - share) * a.centre : Vec3d{}) + (share > 0 ? share * b.centre : Vec3d{});
+    const Vec3d to = centre / weight - shown;
     out.ended = dot(to, out.normal) < 0 && dot(to, normal) > 0;
   }
   return out;

@@ -113,14 +113,16 @@ struct Measured {
 };
 
 /// e = max(.005, smoothstep(.3, .9, share)) with the share of the particles elsewhere, u_j W(l / 4)
-/// each, that agree, smoothstep(.72, .95, n_i.n_j), and .01 u_i that agrees; the firmness,
+/// each, that agree, smoothstep(.72, .95, n_i.n_j), and .01 u_i that agrees; the firmness F,
 /// max(.005, smoothstep(.7, 1, share)) with those that agree by smoothstep(.85, .95, n_i.n_j), and
-/// u_i that agrees; the RMS of f, at most 2, under the common weights; the sum of u_j. For n_i.n_j
-/// stands, by the roundness, the product of n_j and the quadric's unit gradient at j. `quadric` is
-/// that of the fit with its offset; `params` is that of round_params.
+/// u_i that agrees; the spread, the RMS of f, at most 2, under the common weights; the sum of u_j.
+/// For n_i.n_j stands, by the roundness, the product of n_j and the quadric's unit gradient at j. A
+/// bevel, (1 - F) (1 - roundness) smoothstep(.4, .55, spread - 2 residual), leaves of e and F what
+/// it is not, at least .0005 and .001. `quadric` is that of the fit with its offset, `residual` the
+/// kernel's own, which residual_of checks; `params` is that of round_params.
 inline Measured measure(const Surroundings& all, std::size_t i, double rho,
-                        const std::array<float, 10>& quadric, const FitParams& params,
-                        double roundness = 0) {
+                        const std::array<float, 10>& quadric, double residual,
+                        const FitParams& params, double roundness = 0) {
   Measured found;
   double near = 0, agree = 0, firm = 0, weight = 0, squares = 0;
   for (std::size_t j = 0; j < all.position.size(); ++j) {
@@ -144,10 +146,31 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
     firm += q * smooth_step(0.85, 0.95, agrees);
   }
   const double own = all.weight[i];
-  found.edge = std::max(0.005, smooth_step(0.3, 0.9, (0.01 * own + agree) / (0.01 * own + near)));
-  found.firmness = std::max(0.005, smooth_step(0.7, 1.0, (own + firm) / (own + near)));
+  const double edge =
+      std::max(0.005, smooth_step(0.3, 0.9, (0.01 * own + agree) / (0.01 * own + near)));
+  const double firmness = std::max(0.005, smooth_step(0.7, 1.0, (own + firm) / (own + near)));
   found.spread = std::sqrt(squares / weight);
+  const double bevel =
+      (1 - firmness) * (1 - roundness) * smooth_step(0.4, 0.55, found.spread - 2 * residual);
+  found.edge = std::max(0.0005, edge * (1 - bevel));
+  found.firmness = std::max(0.001, firmness * (1 - bevel));
   return found;
+}
+
+/// How far floats may be from the mean of squares that makes the spread: f is good to 20 epsilon of
+/// its terms, which add up to 1.5 rho; the weights, as in weight_error without its last factor,
+/// move a mean of squares below 4.
+inline double spread_error(const Measured& found, const FitParams& params) {
+  const double f = 20 * kEpsilon * 1.5 * params.support;
+  return 4 * kEpsilon * (2 * found.neighbours + 12 / 0.25 + 20) + 2 * 2 * f;
+}
+
+/// How far they may be from e and the firmness. The shares are quotients of sums of n terms of some
+/// 10 roundings; agreement is steep, 1.5 / 0.1 at most times n.n', good to 4 epsilon. smoothstep's
+/// slope is 1.5 / 0.3 at most, that of bevels 1.5 / 0.15, and these begin at a spread of .4.
+inline double edge_error(const Measured& found, const FitParams& params) {
+  return kEpsilon * (2 * found.neighbours + 20 + 60) * 1.5 / 0.3 +
+         1.5 / 0.15 * spread_error(found, params) / (2 * 0.4);
 }
 
 /// Weights have factors of at most 1 each. Their errors: n.n' by 6 epsilon times 2 / sigma^2; and

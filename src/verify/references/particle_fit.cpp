@@ -32,16 +32,15 @@ void see_edges(const FittedSurface& scene, const ParticleFits& fits, const FitPa
                Worst& edge, Worst& firmness, Worst& supporters) {
   const reference::Surroundings all = scene.surroundings(fits);
   for (std::size_t k = 0; k < fits.size(); ++k) {
-    const auto expected = reference::measure(all, static_cast<std::size_t>(scene.place[k]),
-                                             fits.support[k], fits.quadric[k], params);
+    const auto expected =
+        reference::measure(all, static_cast<std::size_t>(scene.place[k]), fits.support[k],
+                           fits.quadric[k], fits.residual[k], params);
     if (expected.margin < 1e-5) continue;  // a neighbour more or less
-    const double n = expected.neighbours;
-    // The share is a quotient of sums of n terms of some 10 roundings; agreement is steep, 1.5 /
-    // 0.1 at most times n.n', good to 4 epsilon. smoothstep's slope is 1.5 / 0.3 at most.
-    const double bound = kEpsilon * (2 * n + 20 + 60) * 1.5 / 0.3;
+    const double bound = reference::edge_error(expected, params);
     edge.see(fits.edge[k], expected.edge, bound, 1);
     firmness.see(fits.firmness[k], expected.firmness, bound, 1);
-    supporters.see(fits.supporters[k], expected.supporters, expected.supporters * n * kEpsilon);
+    supporters.see(fits.supporters[k], expected.supporters,
+                   expected.supporters * expected.neighbours * kEpsilon);
   }
 }
 
