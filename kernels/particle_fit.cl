@@ -448,12 +448,14 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   const floatv spread = SELECT((floatv)(2.0f), sqrt(squares / weight), weight > 0.0f);
   const floatv agreed =
       SELECT(one, fmax((floatv)(0.005f), smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f);
-  // A bevel along an edge agrees with its row alone, and the others lie farther off than its own rest.
+  // A bevel along an edge agrees with its row alone, and the others lie farther off than its own rest. A
+  // fit on which all lie that look its way is a face, also beside a corner, where most are bevels.
   const floatv bevel = (one - agreed) * (one - roundness) * smooth_step(0.4f, 0.55f, spread - 2.0f * off);
+  const floatv face = 0.2f * (one - roundness) * (one - smooth_step(0.1f, 0.3f, spread));
+  const floatv least = larger(face, (floatv)(0.0005f)), rest = one - bevel;
   const floatv counts = by.groups ? LOADF(telling + lane) : one;
-  const floatv firmness = counts * larger(agreed * (one - bevel), (floatv)(0.001f));
-  const floatv edge = counts * larger(edge_of(own.u, near, agree) * (one - bevel), (floatv)(0.0005f));
-  STOREF(edge, rows + lane);
+  const floatv firmness = counts * larger(agreed * rest, least);
+  STOREF(counts * larger(edge_of(own.u, near, agree) * rest, least), rows + lane);
   STOREF(firmness, rows + lanes + lane);
   STOREF(spread, rows + 2 * lanes + lane);
   STOREF(number, rows + 3 * lanes + lane);

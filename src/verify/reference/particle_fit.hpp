@@ -118,7 +118,8 @@ struct Measured {
 /// u_i that agrees; the spread, the RMS of f, at most 2, under the common weights; the sum of u_j.
 /// For n_i.n_j stands, by the roundness, the product of n_j and the quadric's unit gradient at j. A
 /// bevel, (1 - F) (1 - roundness) smoothstep(.4, .55, spread - 2 residual), leaves of e and F what
-/// it is not, at least .0005 and .001. `quadric` is that of the fit with its offset, `residual` the
+/// it is not; a face has at least .2 (1 - roundness) (1 - smoothstep(.1, .3, spread)) of both; all
+/// have at least .0005. `quadric` is that of the fit with its offset, `residual` the
 /// kernel's own, which residual_of checks; `params` is that of round_params.
 inline Measured measure(const Surroundings& all, std::size_t i, double rho,
                         const std::array<float, 10>& quadric, double residual,
@@ -152,8 +153,10 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
   found.spread = std::sqrt(squares / weight);
   const double bevel =
       (1 - firmness) * (1 - roundness) * smooth_step(0.4, 0.55, found.spread - 2 * residual);
-  found.edge = std::max(0.0005, edge * (1 - bevel));
-  found.firmness = std::max(0.001, firmness * (1 - bevel));
+  const double face = 0.2 * (1 - roundness) * (1 - smooth_step(0.1, 0.3, found.spread));
+  const double least = std::max(0.0005, face);
+  found.edge = std::max(least, edge * (1 - bevel));
+  found.firmness = std::max(least, firmness * (1 - bevel));
   return found;
 }
 
@@ -167,7 +170,8 @@ inline double spread_error(const Measured& found, const FitParams& params) {
 
 /// How far they may be from e and the firmness. The shares are quotients of sums of n terms of some
 /// 10 roundings; agreement is steep, 1.5 / 0.1 at most times n.n', good to 4 epsilon. smoothstep's
-/// slope is 1.5 / 0.3 at most, that of bevels 1.5 / 0.15, and these begin at a spread of .4.
+/// slope is 1.5 / 0.3 at most, that of bevels 1.5 / 0.15, and these begin at a spread of .4; a
+/// face's is 0.2 * 1.5 / 0.2 and begins at .1.
 inline double edge_error(const Measured& found, const FitParams& params) {
   return kEpsilon * (2 * found.neighbours + 20 + 60) * 1.5 / 0.3 +
          1.5 / 0.15 * spread_error(found, params) / (2 * 0.4);
