@@ -130,7 +130,7 @@ inline floatv alike(const Fits fits, const int fit, const Hit* hit, const floatv
   return leeway_of(fits.record + FIT * fit) + dot_of(hit->gx, hit->gy, hit->gz, x, y, z);
 }
 
-// The fits of a tile: those that rays may meet, and those that may turn away from the eye there.
+// The fits of a tile: those that rays may meet, and those that may be steep to them or turn away.
 typedef struct {
   List met, rim;
 } Listed;
@@ -288,9 +288,12 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   out.nz = plain_zero(nz * size);
   face_eye(s.dx, s.dy, &out.nx, &out.ny, &out.nz);
   // Where the fluid turns away from the eye no ray enters it, and hidden fits tell of sheet R. A
-  // convex edge between the surface and R ends the surface where it leaves R's fluid.
+  // convex edge between the surface and R ends the surface where it leaves R's fluid. Within it R
+  // vouches for the surface, as sheet B does, and so do faces so steep that the ray meets them far away.
   const floatv end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   floatv wr = (floatv)(0.0f), fr = wr, crx = wr, cry = wr, crz = wr, nrx = wr, nry = wr, nrz = wr;
+  floatv within = wr, beyond = wr;  // what faces weigh that the point lies in, and outside of
+  const floatv steep = -STEEP * sqrt(square_of(s.dx, s.dy, (floatv)(1.0f)));
   const Box box = box_of(ex, ey, -out.depth, out.depth < INFINITY);
   for (int from = 0; from < listed.rim.count; from += BLOCK) {
     const int to = min(from + BLOCK, listed.rim.count);
@@ -316,8 +319,14 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       const floatv q = larger(1.0f - squared, (floatv)(0.0f));
       const floatv near = larger(1.0f - 0.25f * f * f, (floatv)(0.0f));
       const floatv weight = g[13] * q * q * q * (1.0f - same) * near;
-      const intv away = fma(gx, s.dx, fma(gy, s.dy, -gz)) > 0.0f;
-      const floatv w = SELECT((floatv)(0.0f), weight, away);
+      const floatv along = fma(gx, s.dx, fma(gy, s.dy, -gz));
+      const floatv tx = foot[0] - A.cx * va, ty = foot[1] - A.cy * va, tz = foot[2] - A.cz * va;
+      const intv convex = (dot_of(tx, ty, tz, out.nx, out.ny, out.nz) < 0.0f) &
+                          (dot_of(tx, ty, tz, gx, gy, gz) > 0.0f);
+      const floatv says = SELECT((floatv)(0.0f), weight, convex & (along > steep));
+      within += SELECT(says, (floatv)(0.0f), f > 0.0f);
+      beyond += SELECT((floatv)(0.0f), says, f > 0.0f);
+      const floatv w = SELECT((floatv)(0.0f), weight, along > 0.0f);
       wr += w;
       // The next ones are no numbers where the depth is infinite; wr is 0 there.
       fr = fma(w, f, fr);
@@ -339,7 +348,8 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   // any firm fit is near, the fits that are met reach out into the air: there is nothing to trust.
   out.trust = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), (floatv)(1.0f)) *
               smooth_step(ALONE, COMPANY, firm);
-  const intv edge = (B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= crease);
+  const intv edge = ((B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= crease)) |
+                    ((within > 1e-3f) & (within > beyond));
   // What is not trusted ends nothing: the field may go on there.
   const intv passed = (height > OVER * (A.w + B.w)) & (out.trust > 0.5f);
   const floatv on_edge = SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge);

@@ -139,7 +139,7 @@
 #define FITS(record, foot) \
   global const float* record, global const float* foot
 
-// Which of them a tile's rays may meet, and which may turn away from the eye there, ascending:
+// Which of them a tile's rays may meet, and which may be steep or turn away from the eye, ascending:
 // [tiles + 1]; [fits of the list]; [8 or 4][stride of the list], see List in blend.cl.
 #define FITS_OF_TILES() \
   global const int* met_start, global const int* met, global const float* met_place, \

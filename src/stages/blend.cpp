@@ -112,18 +112,20 @@ Vec3d half_sides(const Slab& slab) {
   return {half(slab.normal.x), half(slab.normal.y), half(slab.normal.z)};
 }
 
-// Whether a fit's gradient may point away from the eye anywhere within its reach: at X from
-// its foot it is c + H X with the Hessian H, so grad f . d <= c . d + |H| |X| |d|, which is largest
-// at a corner of the box because rays are affine in the pixels.
-bool may_turn_away(const View& view, const BlendRecords& records, std::size_t k,
-                   const Slopes& slopes, const Box& box, const SampleGrid& grid) {
+// Whether a fit's surface may be steep, or turn away from the eye, anywhere within its reach. At X
+// from its foot the gradient is c + H X with the Hessian H: along a ray d it is at most c . d + |H|
+// |X| |d|, and its length |c| + |H| |X|. Largest at a corner of the box because rays are affine in
+// the pixels.
+bool may_be_steep(const View& view, const BlendRecords& records, std::size_t k,
+                  const Slopes& slopes, const Box& box, const SampleGrid& grid) {
   const float* c = &records.record[k * kRecord];
-  const double reach = records.foot[4 * k + 3];
+  const double bend = slopes.bend * records.foot[4 * k + 3],
+               room = bend + records::kSteep * (slopes.at_foot + bend) + 1e-3;
   for (const int i : {box.i0 - 1, box.i1 + 1})
     for (const int j : {box.j0 - 1, box.j1 + 1}) {
       const Vec3d d = ray_direction(view, grid.first + grid.step * i, grid.first + grid.step * j);
       const double along = c[1] * d.x + c[2] * d.y + c[3] * d.z;
-      if (along + (slopes.bend * reach + 1e-3) * length(d) > 0) return true;
+      if (along + room * length(d) > 0) return true;
     }
   return false;
 }
@@ -254,7 +256,7 @@ FitTiles list_fits(Device& device, const View& view, const BlendRecords& records
       if (!(c[13] > 0)) continue;
       list_slab(rim, k,
                 slab_of(records, k, slopes, kRimDepth * (slopes.at_foot + slopes.bend * reach)));
-      rim.wanted[k] = may_turn_away(view, records, k, slopes, rim.box[k], grid);
+      rim.wanted[k] = may_be_steep(view, records, k, slopes, rim.box[k], grid);
     }
   });
   const auto list = [&](Fits& fits) { fits.lists = list_boxes(fits.box, fits.wanted, grid); };

@@ -72,8 +72,8 @@ struct FitList {
   Buffer<float> place;        // [rows][fit.size] where the listed fits lie, see blend.cl
 };
 
-/// Those that rays may meet (kernel blend_groups, record 11), and those that may turn away from the
-/// eye within their reach (record 13).
+/// Those that rays may meet (kernel blend_groups, record 11), and those that may be steep to
+/// rays, or turn away from the eye, within their reach (record 13).
 struct FitTiles {
   int nx = 0, ny = 0;  // tiles
   FitList met, rim;

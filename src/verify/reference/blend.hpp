@@ -213,19 +213,23 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   out.passed = height > 0.06 * all && out.trust > 0.5;
   out.on_edge = near && convex && b.weight > 0.03 * a.weight;
 
-  // Sheet R: what faces away near the point, with another normal.
+  // Sheet R: what faces away near the point, with another normal. It and steep faces that meet the
+  // surface in a convex edge vouch for a point within them.
   const Vec3d at = start + ray * (out.depth - t0);
-  double weight = 0, level = 0;
+  double weight = 0, level = 0, within = 0, beyond = 0;
   Vec3d centre, normal;
   for (std::size_t k = 0; k < fits.size(); ++k) {
     if (!counts(fits, trust, k)) continue;
     Vec3d g;
     const double steep = value(fits, k, at, &g), f = steep / length(g);
     g = g / length(g);
-    if (dot(g, ray) <= 0) continue;
+    if (dot(g, ray) <= -0.5 * length(ray)) continue;
     const double w = nearness(at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
                      fits.surface[k] * trust[k] * (1 - same(g, out.normal)) *
                      std::max(1 - f * f / 4, 0.0);
+    const Vec3d to = fits.foot[k] - a.centre;
+    if (dot(to, out.normal) < 0 && dot(to, g) > 0) (f > 0 ? beyond : within) += w;
+    if (dot(g, ray) <= 0) continue;
     weight += w;
     level += w * f;
     centre += w * fits.foot[k];
@@ -237,6 +241,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     const Vec3d to = centre / weight - shown;
     out.ended = dot(to, out.normal) < 0 && dot(to, normal) > 0;
   }
+  out.on_edge |= within > 1e-3 && within > beyond;
   return out;
 }
 
