@@ -292,6 +292,10 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   // vouches for the surface, as sheet B does, and so do faces so steep that the ray meets them far away.
   const floatv end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   floatv wr = (floatv)(0.0f), fr = wr, crx = wr, cry = wr, crz = wr, nrx = wr, nry = wr, nrz = wr;
+  // The middle of the sheet that is shown.
+  const floatv of_a = va * rest_share, of_b = vb * share;
+  const floatv mx = fma(A.cx, of_a, B.cx * of_b), my = fma(A.cy, of_a, B.cy * of_b),
+               mz = fma(A.cz, of_a, B.cz * of_b);
   floatv within = wr, beyond = wr;  // what faces weigh that the point lies in, and outside of
   const floatv steep = -STEEP * sqrt(square_of(s.dx, s.dy, (floatv)(1.0f)));
   const Box box = box_of(ex, ey, -out.depth, out.depth < INFINITY);
@@ -320,7 +324,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       const floatv near = larger(1.0f - 0.25f * f * f, (floatv)(0.0f));
       const floatv weight = g[13] * q * q * q * (1.0f - same) * near;
       const floatv along = fma(gx, s.dx, fma(gy, s.dy, -gz));
-      const floatv tx = foot[0] - A.cx * va, ty = foot[1] - A.cy * va, tz = foot[2] - A.cz * va;
+      const floatv tx = foot[0] - mx, ty = foot[1] - my, tz = foot[2] - mz;
       const intv convex = (dot_of(tx, ty, tz, out.nx, out.ny, out.nz) < 0.0f) &
                           (dot_of(tx, ty, tz, gx, gy, gz) > 0.0f);
       const floatv says = SELECT((floatv)(0.0f), weight, convex & (along > steep));
@@ -339,9 +343,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
     }
   }
   const floatv vr = 1.0f / larger(wr, tiny);
-  const floatv of_a = va * rest_share, of_b = vb * share;  // of the sheet that is shown
-  const floatv rx = crx * vr - fma(A.cx, of_a, B.cx * of_b), ry = cry * vr - fma(A.cy, of_a, B.cy * of_b),
-               rz = crz * vr - fma(A.cz, of_a, B.cz * of_b);
+  const floatv rx = crx * vr - mx, ry = cry * vr - my, rz = crz * vr - mz;
   const intv ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
   // The mean trust under the weights without it; what only rounding keeps from 1 is 1. Where hardly

@@ -9,7 +9,7 @@ namespace {
 constexpr int kRecord = 16, kCached = 48;
 constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
 constexpr float kPull = 0.75f, kRoundPull = -0.2f, kRoundest = 0.9f;  // of hits.cl
-constexpr float kGraze = 0.3f, kOver = 0.06f;
+constexpr float kGraze = 0.3f, kOver = 0.06f, kSteep = 0.5f;
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
 
 struct Sample {
@@ -351,7 +351,11 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   face_eye(s.dx, s.dy, out.nx, out.ny, out.nz);
 
   const Floats end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
-  Floats wr{}, fr{}, crx{}, cry{}, crz{}, nrx{}, nry{}, nrz{};
+  Floats wr{}, fr{}, crx{}, cry{}, crz{}, nrx{}, nry{}, nrz{}, within{}, beyond{};
+  const Floats of_a = va * rest_share, of_b = vb * share;
+  const Floats mx = fused(A.cx, of_a, B.cx * of_b), my = fused(A.cy, of_a, B.cy * of_b),
+               mz = fused(A.cz, of_a, B.cz * of_b);
+  const Floats steep = -kSteep * root(square_of(s.dx, s.dy, one));
   const Box box = box_of(ex, ey, -out.depth, out.depth < kNowhere);
   for (int k = 0; k < listed.rim.count; k += kWidth)
     for (unsigned near = near_box(listed.rim, k, box); near; near &= near - 1) {
@@ -371,8 +375,14 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       const Floats flat = larger(1.0f - 0.25f * f * f, none);
       const Floats weight =
           g[13] * q * q * q * (1.0f - same(dot_of(gx, gy, gz, out.nx, out.ny, out.nz))) * flat;
-      const Ints away = fused(gx, s.dx, fused(gy, s.dy, -gz)) > 0.0f;
-      const Floats w = away ? weight : none;
+      const Floats along = fused(gx, s.dx, fused(gy, s.dy, -gz));
+      const Floats tx = foot[0] - mx, ty = foot[1] - my, tz = foot[2] - mz;
+      const Ints convex = (dot_of(tx, ty, tz, out.nx, out.ny, out.nz) < 0.0f) &
+                          (dot_of(tx, ty, tz, gx, gy, gz) > 0.0f);
+      const Floats says = convex & (along > steep) ? weight : none;
+      within += f > 0.0f ? none : says;
+      beyond += f > 0.0f ? says : none;
+      const Floats w = along > 0.0f ? weight : none;
       wr += w;
       fr = fused(w, f, fr);
       crx = fused(w, all(foot[0]), crx);
@@ -383,13 +393,11 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       nrz = fused(w, gz, nrz);
     }
   const Floats vr = 1.0f / larger(wr, tiny);
-  const Floats of_a = va * rest_share, of_b = vb * share;
-  const Floats rx = crx * vr - fused(A.cx, of_a, B.cx * of_b),
-               ry = cry * vr - fused(A.cy, of_a, B.cy * of_b),
-               rz = crz * vr - fused(A.cz, of_a, B.cz * of_b);
+  const Floats rx = crx * vr - mx, ry = cry * vr - my, rz = crz * vr - mz;
   const Ints ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
-  const Ints edge = (B.w > 0.03f * A.w) & (h < 0.0f) & meet;
+  const Ints edge =
+      ((B.w > 0.03f * A.w) & (h < 0.0f) & meet) | ((within > 1e-3f) & (within > beyond));
   out.trust =
       smaller(1.001f * (A.w + B.w) / larger(trust, tiny), one) * smooth_step(0.002f, 0.015f, firm);
   const Ints passed = (height > kOver * (A.w + B.w)) & (out.trust > 0.5f);

@@ -216,6 +216,8 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   // Sheet R: what faces away near the point, with another normal. It and steep faces that meet the
   // surface in a convex edge vouch for a point within them.
   const Vec3d at = start + ray * (out.depth - t0);
+  const Vec3d shown =
+      (share < 1 ? (1 - share) * a.centre : Vec3d{}) + (share > 0 ? share * b.centre : Vec3d{});
   double weight = 0, level = 0, within = 0, beyond = 0;
   Vec3d centre, normal;
   for (std::size_t k = 0; k < fits.size(); ++k) {
@@ -227,7 +229,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     const double w = nearness(at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
                      fits.surface[k] * trust[k] * (1 - same(g, out.normal)) *
                      std::max(1 - f * f / 4, 0.0);
-    const Vec3d to = fits.foot[k] - a.centre;
+    const Vec3d to = fits.foot[k] - shown;
     if (dot(to, out.normal) < 0 && dot(to, g) > 0) (f > 0 ? beyond : within) += w;
     if (dot(g, ray) <= 0) continue;
     weight += w;
@@ -236,8 +238,6 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     normal += w * g;
   }
   if (weight > 1e-3 && level > 0) {
-    const Vec3d shown =
-        (share < 1 ? (1 - share) * a.centre : Vec3d{}) + (share > 0 ? share * b.centre : Vec3d{});
     const Vec3d to = centre / weight - shown;
     out.ended = dot(to, out.normal) < 0 && dot(to, normal) > 0;
   }
