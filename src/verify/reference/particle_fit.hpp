@@ -108,8 +108,9 @@ inline Narrowed narrowed_support(const Surroundings& all, std::size_t i, const F
 /// What measure_edges finds of a fit.
 struct Measured {
   double edge = 0, firmness = 0, spread = 0, supporters = 0;
-  int neighbours = 0;   // within the support
-  double margin = 1e9;  // how near one is to its end, particle radii
+  double agreement = 0;  // e before bevels and faces, as trial fits have it
+  int neighbours = 0;    // within the support
+  double margin = 1e9;   // how near one is to its end, particle radii
 };
 
 /// e = max(.005, smoothstep(.3, .9, share)) with the share of the particles elsewhere, u_j W(l / 4)
@@ -147,7 +148,7 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
     firm += q * smooth_step(0.85, 0.95, agrees);
   }
   const double own = all.weight[i];
-  const double edge =
+  found.agreement =
       std::max(0.005, smooth_step(0.3, 0.9, (0.01 * own + agree) / (0.01 * own + near)));
   const double firmness = std::max(0.005, smooth_step(0.7, 1.0, (own + firm) / (own + near)));
   found.spread = std::sqrt(squares / weight);
@@ -155,7 +156,7 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
       (1 - firmness) * (1 - roundness) * smooth_step(0.4, 0.55, found.spread - 2 * residual);
   const double face = 0.2 * (1 - roundness) * (1 - smooth_step(0.1, 0.3, found.spread));
   const double least = std::max(0.0005, face);
-  found.edge = std::max(least, edge * (1 - bevel));
+  found.edge = std::max(least, found.agreement * (1 - bevel));
   found.firmness = std::max(least, firmness * (1 - bevel));
   return found;
 }

@@ -16,13 +16,17 @@ inline std::vector<reference::TrialFit> trial_fits(Device& device, const FittedS
   const ParticleFits fits =
       fit_particles(device, scene.projected, scene.seen, scene.around, params,
                     std::vector<float>(scene.around.index.size(), wide ? 1.0f : 0.0f));
+  const reference::Surroundings around = scene.surroundings(fits);
   std::vector<reference::TrialFit> trial;
   for (std::size_t k = 0; k < fits.size(); ++k) {
     std::array<float, 10> quadric = fits.quadric[k];
     if (!(fits.residual[k] < 0)) quadric[0] += static_cast<float>(params.offset);
-    const double weight = fits.residual[k] < 0
-                              ? 0
-                              : fits.surface[k] * (wide ? 1 : fits.edge[k]) * scene.seen.telling(k);
+    const double edge =
+        wide ? 1
+             : reference::measure(around, static_cast<std::size_t>(scene.place[k]), fits.support[k],
+                                  fits.quadric[k], fits.residual[k], params)
+                   .agreement;
+    const double weight = fits.residual[k] < 0 ? 0 : fits.surface[k] * edge * scene.seen.telling(k);
     trial.push_back({fits.position[k], fits.normal[k], weight, quadric});
   }
   return trial;
