@@ -94,7 +94,7 @@ const Fault kFaults[] = {
     {"blend", 9, "hits.cl", "fabs(B) + sqrt(D)", "fabs(B) + 1.0001f * sqrt(D)"},
     {"blend", 23, "hits.cl", "#define GRAZE 0.3f", "#define GRAZE 0.303f"},
     {"blend", 23, "hits.cl", "#define OVER 0.06f", "#define OVER 0.08f"},
-    {"blend", 23, "blend.cl", "(within > beyond)", "(within > 2.0f * beyond)"},
+    {"blend", 23, "blend.cl", "(within > beyond)", "(within < beyond)"},
     {"implicit", 600, "implicit.cl", "clamp(4.0f * (c - contour", "clamp(4.2f * (c - contour"},
     {"implicit", 600, "implicit.cl", "rest * (1.0f - share)", "1.01f * rest * (1.0f - share)"},
     {"implicit", 600, "implicit.cl", "c = share * (vv * v)", "c = 1.0001f * share * (vv * v)"},
