@@ -307,7 +307,7 @@ Parameters for_disorder(Parameters params, const Disorder& disorder) {
   fit.offset -= 0.04 * within_cubes + 0.55 * (disorder.unit() - 1);
   fit.tau += 0.8 * within_cubes;
   fit.normal_sigma += 0.25 * within_cubes;
-  fit.round_support += 1.5 * within_cubes;
+  fit.round_support += 1.5 * within_cubes - 1.75 * disorder.anywhere();
   fit.least_support = std::max(fit.least_support, between(fit.least_support, 0.8, within_cubes));
   params.fairing *= between(1, 1.5, within_cubes);
   return params;
