@@ -129,7 +129,8 @@ TEST_F(ProgramMesh, OfALargeFrameIsTheSameInParts) {
 TEST_F(ProgramMesh, WhatCannotBeDoneIsOneLine) {
   write_particles("in.ply", block(3));
   expect_error(run({"mesh", "in.ply", "-o", "a.exr"}), 2, {"a.exr", ".ply", "meniscus extract"});
-  expect_error(run({"mesh", "in.ply", "-o", "a.abc"}), 2, {"a.abc", "closed mesh", ".stl"});
+  expect_error(run({"mesh", "in.ply", "-o", "a.abc"}), 2,
+               {"a.abc", "only meshes", "a.ply", ".glb"});
   expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--cell", "0"}), 2, {"--cell", "0.1 to 4"});
   for (const char* bytes : {"0", "-5", "lots", "1P"})
     expect_error(run({"mesh", "in.ply", "-o", "a.ply", "--memory", bytes}), 2,
