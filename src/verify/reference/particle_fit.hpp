@@ -109,6 +109,7 @@ inline Narrowed narrowed_support(const Surroundings& all, std::size_t i, const F
 struct Measured {
   double edge = 0, firmness = 0, spread = 0, supporters = 0;
   double agreement = 0;  // e before bevels and faces, as trial fits have it
+  double steepness = 0;  // how fast e and the firmness change with the spread there, at most
   int neighbours = 0;    // within the support
   double margin = 1e9;   // how near one is to its end, particle radii
 };
@@ -156,6 +157,12 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
       (1 - firmness) * (1 - roundness) * smooth_step(0.4, 0.55, found.spread - 2 * residual);
   const double face = 0.2 * (1 - roundness) * (1 - smooth_step(0.1, 0.3, found.spread));
   const double least = std::max(0.0005, face);
+  // A little beyond the ends, too, where floats may already be between them.
+  const auto is_between = [](double x, double low, double high) {
+    return x > low - 1e-3 && x < high + 1e-3;
+  };
+  if (is_between(found.spread - 2 * residual, 0.4, 0.55)) found.steepness += 1.5 / 0.15;
+  if (is_between(found.spread, 0.1, 0.3)) found.steepness += 0.2 * 1.5 / 0.2;
   found.edge = std::max(least, found.agreement * (1 - bevel));
   found.firmness = std::max(least, firmness * (1 - bevel));
   return found;
@@ -171,11 +178,10 @@ inline double spread_error(const Measured& found, const FitParams& params) {
 
 /// How far they may be from e and the firmness. The shares are quotients of sums of n terms of some
 /// 10 roundings; agreement is steep, 1.5 / 0.1 at most times n.n', good to 4 epsilon. smoothstep's
-/// slope is 1.5 / 0.3 at most, that of bevels 1.5 / 0.15, and these begin at a spread of .4; a
-/// face's is 0.2 * 1.5 / 0.2 and begins at .1.
+/// slope is 1.5 / 0.3 at most. Where bevels and faces depend on it the spread is .1 at least.
 inline double edge_error(const Measured& found, const FitParams& params) {
   return kEpsilon * (2 * found.neighbours + 20 + 60) * 1.5 / 0.3 +
-         1.5 / 0.15 * spread_error(found, params) / (2 * 0.4);
+         found.steepness * spread_error(found, params) / (2 * std::max(found.spread, 0.1));
 }
 
 /// Weights have factors of at most 1 each. Their errors: n.n' by 6 epsilon times 2 / sigma^2; and
