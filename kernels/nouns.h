@@ -115,7 +115,7 @@
   global const int* particle, global const float* telling, global const int* neighbour, \
   global const int* first, global const int* length
 
-// A pass over lanes: [2][lanes] support, particle radii, and roundness; [10][lanes] quadric around the
+// A pass over lanes: [3][lanes] support, particle radii, roundness, firmness; [10][lanes] quadric around the
 // particles; [lanes] residual, -1: no fit; [slots] weights.
 #define FITTED(support, quadric, residual, weight) \
   global float* support, global float* quadric, global float* residual, global float* weight

@@ -119,6 +119,15 @@ inline floatv ridge_of(const floatv roundness, const FitModel model) {
   return fma(roundness, (floatv)(model.ridge_gain), (floatv)(model.ridge));
 }
 
+// The product of a normal and a quadric's unit gradient at a place.
+inline floatv along_slope(const floatv* c, const floatv x, const floatv y, const floatv z,
+                          const floatv nx, const floatv ny, const floatv nz) {
+  floatv gx, gy, gz;
+  slope_at(c, x, y, z, &gx, &gy, &gz);
+  const floatv size = sqrt(larger(gx * gx + gy * gy + gz * gz, (floatv)(1e-12f)));
+  return (gx * nx + gy * ny + gz * nz) / size;
+}
+
 // How far a fit's surroundings are one sheet, from the weights of all particles elsewhere and of those
 // that agree; with a hundredth of the particle's own u, so that it goes on steadily when the
 // first one comes near.
@@ -126,6 +135,12 @@ inline floatv edge_of(const floatv u, const floatv near, const floatv agree) {
   const floatv little = 0.01f * u, share = (little + agree) / (little + near);
   return SELECT((floatv)(1.0f), fmax((floatv)(0.005f), smooth_step(0.3f, 0.9f, share)),
                 u + near > 0.0f);
+}
+
+// How firm the next pass is with a fit's normal: smoothstep(0.8, 1.0, share) of what agrees within a
+// narrow angle, as in measure_edges, before this pass has turned the normals.
+inline floatv firmness_of(const floatv u, const floatv near, const floatv firm) {
+  return SELECT((floatv)(0.0f), smooth_step(0.8f, 1.0f, (u + firm) / (u + near)), u + near > 0.0f);
 }
 
 // u_j W(l / reach), W Wendland's function, of a particle elsewhere.
@@ -167,7 +182,14 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
 //   u_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2) m,
 // nothing where n_i.n_j < -1/2. In the first pass, and where the last one gave no fit, m = exp(-h^2 /
 // (h_0 + h_1 l^2)^2), at least 1e-5, with the height h of j over i's tangent plane; later m = exp(-r^2 /
-// tau^2), at least 1e-4, for a neighbour that lies r behind the surface of the pass before. Particles
+// tau^2), at least 1e-4, for a neighbour that lies r behind the surface of the pass before.
+//
+// A firm fit compares a neighbour's normal with its own surface there, so that a bend is no difference,
+// and can be strict: later passes take, with the firmness F of a fit (firmness_of), w = F (1 - roundness)
+// and g the unit gradient of the pass before at x_j,
+//   (1 + sharp w) ((1 - w) (1 - n_i.n_j) + w (1 - g.n_j))   for   1 - n_i.n_j,
+// and for r also ahead F times how far the neighbour lies in front. All exponents are at least -25, else
+// weights that count for nothing make subnormal numbers, with which processors are slow. Particles
 // of fewer than three neighbours get no fit. Each particle's normal turns to its quadric's gradient at
 // the particle; the side stays.
 //
@@ -185,11 +207,11 @@ kernel void fit_particles(
     FITTED(support, quadric, residual, weight),
     global float* turned,  // [n + 1][4] normals out
     IN_SHEET(to, toward, share, value), NARROWED(mean, noise), const FitPass by) {
-  const int lanes = by.lanes, nobody = by.nobody, left = by.left;
+  const int lanes = by.lanes, nobody = by.nobody, left = by.left, tells = left > 0 && !by.tries;
   const FitModel model = by.model;
   const int lane = get_global_id(0) * WIDTH, trial = get_global_id(1);
   if (lane >= lanes) return;
-  support += 2 * lanes * trial;
+  support += 3 * lanes * trial;
   quadric += 10 * lanes * trial;
   residual += lanes * trial;
   turned += 4 * (nobody + 1) * trial;
@@ -220,9 +242,12 @@ kernel void fit_particles(
   }
   const floatv inverse_rho = 1.0f / rho;
   const floatv delta = off_surface_of(roundness, model) / rho;
-  const floatv falloff = falloff_of(roundness, model);
   const floatv inverse_tau = 1.0f / tau_of(roundness, model);
   const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
+  floatv firm = none, around = none, agree = none;  // the last two for the next pass
+  if (by.done > 0) firm = SELECT(none, LOADF(support + 2 * lanes + lane), refit);
+  const floatv firmly = firm * (1.0f - roundness), ahead = by.ahead * firm;
+  const floatv falloff = falloff_of(roundness, model) * fma(firmly, (floatv)(by.sharp), (floatv)(1.0f));
   floatv m[MOMENTS], a[10];
 #pragma unroll
   for (int k = 0; k < MOMENTS; ++k) m[k] = none;
@@ -240,19 +265,26 @@ kernel void fit_particles(
       const floatv squared = fma(x, x, fma(y, y, z * z));
       const floatv same = fma(own.nx, p.dx, fma(own.ny, p.dy, own.nz * p.dz));
       const floatv near = p.w * spline(smaller(sqrt(squared) * inverse_rho, (floatv)(1.0f)));
-      floatv off = none;
+      floatv off = none, differs = same - 1.0f;
       if (ANY(!refit)) {
         const floatv h = fma(x, own.nx, fma(y, own.ny, z * own.nz)) /
                          fma((floatv)(by.height_growth), squared, (floatv)(by.height));
         off = smaller(h * h, (floatv)(11.5129255f));  // 1e-5
       }
       if (ANY(refit)) {
-        const floatv behind = larger(-evaluate(c, x, y, z), none) * inverse_tau;
-        off = SELECT(off, smaller(behind * behind, (floatv)(9.21034037f)), refit);  // 1e-4
+        const floatv f = evaluate(c, x, y, z), apart = larger(-f, f * ahead) * inverse_tau;
+        off = SELECT(off, smaller(apart * apart, (floatv)(9.21034037f)), refit);  // 1e-4
+        const floatv told = along_slope(c, x, y, z, p.dx, p.dy, p.dz);
+        differs = fma(firmly, told - same, differs);
       }
       const intv counts = (near >= 1e-6f) & (same >= -0.5f);
-      const floatv w = SELECT(
-          none, near * exp_negative(fma(falloff, smaller(same - 1.0f, none), -off)), counts);
+      const floatv exponent = larger(fma(falloff, smaller(differs, none), -off), (floatv)(-25.0f));
+      const floatv w = SELECT(none, near * exp_negative(exponent), counts);
+      if (tells) {
+        const floatv q = share_of(p.w, sqrt(squared), by.reach);
+        around += q;
+        agree += q * smooth_step(0.85f, 0.95f, same);
+      }
       const Point weighed = {w,
                              x * inverse_rho,
                              y * inverse_rho,
@@ -267,6 +299,7 @@ kernel void fit_particles(
     for (int k = 0; k < points; ++k) add_first(m, a, point + k, delta);
     for (int k = 0; k < points; ++k) add_second(m, a, point + k, delta);
   }
+  if (tells) STOREF(firmness_of(own.u, around, agree), support + 2 * lanes + lane);
   const intv few = used < 3;
   if (ANY(few)) {
 #pragma unroll
@@ -433,10 +466,7 @@ kernel void measure_edges(global const float4* place, global const float4* norma
       const floatv q = share_of(p.w, l, feet.reach);
       floatv agreeing = same;
       if (round) {
-        floatv gx, gy, gz;
-        slope_at(c, x, y, z, &gx, &gy, &gz);
-        const floatv size = sqrt(larger(gx * gx + gy * gy + gz * gz, (floatv)(1e-12f)));
-        const floatv told = (gx * p.dx + gy * p.dy + gz * p.dz) / size;
+        const floatv told = along_slope(c, x, y, z, p.dx, p.dy, p.dz);
         agreeing = fma(roundness, told - same, same);
       }
       near += q;

@@ -198,6 +198,9 @@ RECORD(FitPass) {
   float round_gain;  // of roundness 1 over that
   float least;       // to which share of `full` supports are narrowed at most
   FitModel model;
+  float reach;     // of firmness, particle radii
+  float sharp;     // how many times more of 2 / sigma^2 a firm fit has
+  float ahead;     // what lies ahead of a firm fit, over what lies behind
   float height, height_growth;  // h_0, particle radii; h_1, 1 / particle radii
 };
 

@@ -18,6 +18,12 @@ constexpr std::size_t kMostSlots = std::size_t{1} << 28;
 constexpr float kHeight = 0.6f;          // h_0 of fit_particles, particle radii
 constexpr float kHeightGrowth = 0.075f;  // h_1, 1 / particle radii
 
+// Of firm fits. Their gradient follows bends, so that their sigma can be narrower by so much:
+// beside a crease of 60 degrees it leaves out the particles in it. Those of the other sheet lie in
+// front.
+constexpr double kFirmer = 0.29;
+constexpr float kFirmAhead = 0.5f;
+
 // Where supports are narrowed: what residual noise alone explains against the frame's least, and
 // over which fits residuals are averaged.
 constexpr float kOverLeast = 1.5f;
@@ -219,6 +225,12 @@ records::FitModel model_of(const FitParams& params) {
           gain(std::min(params.ridge, kRoundRidge), params.ridge)};
 }
 
+// How many times more of 2 / sigma^2 a firm fit has.
+float sharpness_of(const FitParams& params) {
+  const double firm = std::max(params.normal_sigma - kFirmer, 0.1 * params.normal_sigma);
+  return static_cast<float>(std::pow(params.normal_sigma / firm, 2) - 1);
+}
+
 records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const LaneSheet& sheet,
                          const FitPass& pass, const FitParams& params) {
   return {lanes.count(),
@@ -233,6 +245,9 @@ records::FitPass pass_of(const FitSurface& surface, const FitLanes& lanes, const
           static_cast<float>(std::min(params.round_support, params.support) - params.support),
           static_cast<float>(params.least_support),
           model_of(params),
+          kEdgeReach,
+          sharpness_of(params),
+          kFirmAhead,
           kHeight,
           kHeightGrowth};
 }
@@ -425,7 +440,7 @@ FitSurface upload_surface(Device& device, const Projected& projected,
 FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of, int in_trials, std::size_t means)
     : part(&of),
       trials(in_trials),
-      support(allocate<float>(device, 2 * static_cast<std::size_t>(trials) * of.lists.fit.size())),
+      support(allocate<float>(device, 3 * static_cast<std::size_t>(trials) * of.lists.fit.size())),
       found(device, {10 * static_cast<std::size_t>(trials) * of.lists.fit.size(),
                      static_cast<std::size_t>(trials) * of.lists.fit.size(),
                      kFitRows * of.lists.fit.size(), means}),

@@ -171,7 +171,7 @@ struct FitLanes {
 
   const FitNeighbours::Part* part;
   int trials;
-  Buffer<float> support;                       // [trials][2][lanes] rho, particle radii; roundness
+  Buffer<float> support;  // [trials][3][lanes] rho, particle radii; roundness; firmness
   Together<float, float, float, float> found;  // the next four, to be read by one command
   Buffer<float> quadric;                       // [trials][10][lanes] through the particles
   Buffer<float> residual;                      // [trials][lanes] particle radii; negative: no fit

@@ -20,14 +20,6 @@ inline double spline(double d) {
   return y < 0.5 ? 0.75 - y * y : y < 1.5 ? 0.5 * (1.5 - y) * (1.5 - y) : 0;
 }
 
-/// u_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2): what all passes weigh a neighbour at `x` from
-/// the particle with; nothing where u B is below 1e-6 or n_i.n_j below -1/2.
-inline double common_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, double u,
-                            double rho, double sigma) {
-  const double near = u * spline(length(x) / rho), same = dot(n_i, n_j);
-  return near < 1e-6 || same < -0.5 ? 0 : near * std::exp(-2 * (1 - same) / (sigma * sigma));
-}
-
 /// The parameters of a fit of that roundness: sigma and tau go from FitParams' to 1.2 and .6, the
 /// off-surface distance and the ridge to 1.25 and 5e-5.
 inline FitParams round_params(FitParams params, double roundness) {
@@ -36,12 +28,6 @@ inline FitParams round_params(FitParams params, double roundness) {
   params.off_surface += roundness * (std::min(1.25, params.off_surface) - params.off_surface);
   params.ridge += roundness * (std::min(5e-5, params.ridge) - params.ridge);
   return params;
-}
-
-/// exp(-h^2 / (.6 + .075 l^2)^2), at least 1e-5: the first pass's share for a neighbour at height
-/// h.
-inline double flatness(const Vec3d& x, const Vec3d& n_i) {
-  return std::max(std::exp(-std::pow(dot(x, n_i) / (0.6 + 0.075 * dot(x, x)), 2)), 1e-5);
 }
 
 /// The surface as a pass finds it: the fits' normals where there are fits already.
@@ -184,34 +170,105 @@ inline double edge_error(const Measured& found, const FitParams& params) {
          found.steepness * spread_error(found, params) / (2 * std::max(found.spread, 0.1));
 }
 
-/// Weights have factors of at most 1 each. Their errors: n.n' by 6 epsilon times 2 / sigma^2; and
-/// 20 epsilon for all but the last factor. That is exp(-x^2), whose slope is 0.86 at most, with x =
-/// h / 0.6 in the first pass, h good to 6 epsilon of a distance of rho; and later f / tau, f good
-/// to 10 epsilon of its terms, which add up to 1.5 rho.
-inline double weight_error(const FitParams& params, int pass) {
-  const double x = pass == 1 ? 6 * params.support / 0.6 : 15 * params.support / params.tau;
-  return kEpsilon * (12 / (params.normal_sigma * params.normal_sigma) + 0.86 * x + 20);
+/// How firm a pass is with the normal of a fit.
+struct Firm {
+  double firmness = 0;   // F
+  double error = 0;      // how far floats may be from it
+  double sharp = 0;      // how many times more of 2 / sigma^2 a firm fit has
+  double roundness = 0;  // of the fit
+};
+
+/// F = smoothstep(.8, 1, share) of surface particle i's surroundings within four radii, u_j W(l /
+/// 4) each, that agrees, smoothstep(.85, .95, n_i.n_j), and u_i that agrees; sigma is .29 narrower
+/// where F is 1. `earlier` is the surface as the pass before the one that this is for found it.
+inline Firm firm_of(const Surroundings& earlier, std::size_t i, const FitParams& of_sheets,
+                    double roundness) {
+  double near = 0, agree = 0;
+  int neighbours = 0;
+  for (std::size_t j = 0; j < earlier.position.size(); ++j) {
+    const double l = length(earlier.position[j] - earlier.position[i]);
+    if (j == i || l >= 4) continue;
+    const double q = earlier.weight[j] * wendland(l / 4);
+    near += q;
+    agree += q * smooth_step(0.85, 0.95, dot(earlier.normal[i], earlier.normal[j]));
+    ++neighbours;
+  }
+  const double own = earlier.weight[i], share = (own + agree) / (own + near);
+  // As edge_error says; where smoothstep begins and ends its slope goes up by no more than 6 /
+  // .2^2.
+  const double error = kEpsilon * (2 * neighbours + 20 + 60);
+  const double t = std::clamp((share - 0.8) / 0.2, 0.0, 1.0);
+  const double slope = 6 * t * (1 - t) / 0.2 + 150 * error;
+  const double narrower = of_sheets.normal_sigma / (of_sheets.normal_sigma - 0.29);
+  return {smooth_step(0.8, 1.0, share), slope * error, narrower * narrower - 1, roundness};
 }
 
-/// The problem that pass `pass` solves for fit k of surface particle i, with the weights that the
-/// pass before gives; `before` is empty in the first.
+/// What a neighbour weighs, and how far floats may be from it.
+struct Weight {
+  double value = 0, error = 0;
+};
+
+/// u B(l / rho) exp(-E) for the neighbour at `x` from a particle with normal n_i; nothing where u B
+/// is below 1e-6 or n_i.n_j below -1/2. In the first pass E = 2 (1 - n_i.n_j) / sigma^2 + h^2 / (.6
+/// + .075 l^2)^2, the latter log(1e5) at most, h the neighbour's height over the particle's tangent
+/// plane.
+inline Weight first_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, double u, double rho,
+                           const FitParams& params) {
+  const double near = u * spline(length(x) / rho), same = dot(n_i, n_j);
+  if (near < 1e-6 || same < -0.5) return {};
+  const double falloff = 2 / (params.normal_sigma * params.normal_sigma);
+  const double height = 0.6 + 0.075 * dot(x, x), h = dot(x, n_i) / height;
+  const double value = near * std::exp(-falloff * (1 - same) - std::min(h * h, std::log(1e5)));
+  // n.n' is good to 6 epsilon, h to as many of a distance of rho, the rest to 20.
+  return {value, kEpsilon * value * (6 * falloff + 2 * std::abs(h) * 6 * rho / height + 20)};
+}
+
+/// The same in a later pass, where `quadric`, the fit of the pass before with its offset, lies r
+/// behind the neighbour and has the unit gradient g there: with w = F (1 - roundness)
+///   E = min(25, 2 / sigma^2 (1 + sharp w) ((1 - w) (1 - n_i.n_j) + w (1 - g.n_j)) + r^2 / tau^2),
+/// r^2 / tau^2 log(1e4) at most, and in front of the fit F / 2 times as far for r.
+inline Weight later_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, double u, double rho,
+                           const std::array<float, 10>& quadric, const Firm& firm,
+                           const FitParams& params) {
+  const double near = u * spline(length(x) / rho), same = dot(n_i, n_j);
+  if (near < 1e-6 || same < -0.5) return {};
+  const double falloff = 2 / (params.normal_sigma * params.normal_sigma);
+  const double told = dot(normalized(gradient_at(quadric, x)), n_j);
+  const double w = firm.firmness * (1 - firm.roundness), sharper = 1 + firm.sharp * w;
+  const double differs = std::max(0.0, (1 - w) * (1 - same) + w * (1 - told));
+  const double f = value_at(quadric, x) + params.offset;
+  const double r = std::max(-f, 0.5 * firm.firmness * f) / params.tau;
+  const double value =
+      near *
+      std::exp(-std::min(25.0, falloff * sharper * differs + std::min(r * r, std::log(1e4))));
+  // The products of normals are good to 6 and 12 epsilon, f to 10 epsilon of its terms, which add
+  // up to 1.5 rho, the exponent and the rest to 20; F moves both terms.
+  const double by_normals = falloff * sharper * ((1 - w) * 6 + w * 12);
+  const double by_distance = 2 * r * 15 * rho / params.tau + 25;
+  const double by_firmness = falloff * (firm.sharp * differs + sharper * std::abs(told - same)) +
+                             r * std::max(f, 0.0) / params.tau;
+  return {value, value * (kEpsilon * (by_normals + by_distance + 20) + firm.error * by_firmness)};
+}
+
+/// The problem that a pass solves for fit k of surface particle i, with the weights that the pass
+/// before gives; `before` is empty in the first. Points have their weights' errors for weights.
 struct PassProblem {
   FitProblem problem;
   std::vector<double> weights;
 };
 inline PassProblem pass_problem(const Surroundings& all, const ParticleFits& before, std::size_t k,
-                                std::size_t i, double rho, const FitParams& params, int pass) {
+                                std::size_t i, double rho, const FitParams& params,
+                                const Firm& firm) {
   PassProblem one{{all.position[i], rho, {}}, {}};
   for (std::size_t j = 0; j < all.position.size(); ++j) {
     const Vec3d x = all.position[j] - one.problem.centre;
     if (length(x) >= rho) continue;
-    // A full weight of 1, so that weight_error is in units of it.
-    one.problem.points.push_back({all.position[j], all.normal[j], 1});
-    const double w =
-        common_weight(x, all.normal[i], all.normal[j], all.weight[j], rho, params.normal_sigma);
-    one.weights.push_back(
-        w * (pass == 1 ? flatness(x, all.normal[i])
-                       : robustness(-value_at(before.quadric[k], x) - params.offset, params.tau)));
+    const Vec3d &n_i = all.normal[i], &n_j = all.normal[j];
+    const Weight weight = before.size() == 0 ? first_weight(x, n_i, n_j, all.weight[j], rho, params)
+                                             : later_weight(x, n_i, n_j, all.weight[j], rho,
+                                                            before.quadric[k], firm, params);
+    one.problem.points.push_back({all.position[j], n_j, weight.error});
+    one.weights.push_back(weight.value);
   }
   return one;
 }
@@ -234,19 +291,18 @@ inline double residual_of(const PassProblem& one, const std::array<float, 10>& q
 /// How far floats may be from residual_of: f is off by some 20 epsilon of terms that add up to 2
 /// rho at most; so is a root mean square of it, and the weights' slope, at most 0.86 / tau, moves
 /// it by no more than that times |f| near tau; and weights that are off move the mean of squares by
-/// their share times the largest.
+/// their share of it.
 inline double residual_error(const PassProblem& one, const std::array<float, 10>& quadric,
-                             const FitParams& params, int pass) {
-  double weight = 0, largest = 0;
+                             const FitParams& params) {
+  double weight = 0, off = 0;
   for (std::size_t j = 0; j < one.weights.size(); ++j) {
     if (!(one.weights[j] > 0)) continue;
     const double f =
         value_at(quadric, one.problem.points[j].position - one.problem.centre) + params.offset;
     weight += one.weights[j] * robustness(-f, params.tau);
-    largest = std::max(largest, f * f);
+    off += one.problem.points[j].weight * f * f;
   }
-  const double square =
-      static_cast<double>(one.weights.size()) * weight_error(params, pass) / weight * largest;
+  const double square = off / weight;
   const double root = residual_of(one, quadric, params);
   return 4 * 20 * kEpsilon * 2 * one.problem.scale + std::min(std::sqrt(square), square / root);
 }

@@ -1,6 +1,8 @@
 // fit_particles: every pass against the pass before; measure_edges; find_noise.
 #include "stages/particle_fit.hpp"
 
+#include <utility>
+
 #include "verify/reference/particle_fit.hpp"
 #include "verify/references/cases.hpp"
 #include "verify/references/mesh_by_hand.hpp"
@@ -13,18 +15,21 @@ ParticleFits fit(Device& device, const FittedSurface& scene, const FitParams& pa
   return fit_particles(device, scene.projected, scene.seen, scene.around, params);
 }
 
-void see_pass(const FittedSurface& scene, const ParticleFits& before, const ParticleFits& after,
-              const FitParams& params, int pass, Worst& equation, Worst& residual) {
+// `before` and `earlier` are the fits of the last two passes.
+void see_pass(const FittedSurface& scene, const ParticleFits& earlier, const ParticleFits& before,
+              const ParticleFits& after, const FitParams& params, Worst& equation,
+              Worst& residual) {
   const reference::Surroundings all = scene.surroundings(before);
+  const reference::Surroundings told = scene.surroundings(earlier);
   for (std::size_t k = 0; k < after.size(); ++k) {
-    const auto one = reference::pass_problem(
-        all, before, k, static_cast<std::size_t>(scene.place[k]), after.support[k], params, pass);
+    const std::size_t i = static_cast<std::size_t>(scene.place[k]);
+    const auto one = reference::pass_problem(all, before, k, i, after.support[k], params,
+                                             reference::firm_of(told, i, params, 0));
     const auto left =
-        reference::residuals(one.problem, after.quadric[k], params.offset, one.weights, params,
-                             reference::weight_error(params, pass));
+        reference::residuals(one.problem, after.quadric[k], params.offset, one.weights, params, 1);
     for (int q = 0; q < 10; ++q) equation.see(left.error[q], 0, left.bound[q], left.size[q]);
     residual.see(after.residual[k], reference::residual_of(one, after.quadric[k], params),
-                 reference::residual_error(one, after.quadric[k], params, pass), one.problem.scale);
+                 reference::residual_error(one, after.quadric[k], params), one.problem.scale);
   }
 }
 
@@ -79,11 +84,11 @@ ReferenceErrors particle_fit_case(Device& device, int size) {
     const FittedSurface scene = fitted_surface(particles);
     FitParams params;
     params.least_support = 1;
-    ParticleFits before;
+    ParticleFits earlier, before;
     for (params.passes = 1; params.passes <= 3; ++params.passes) {
       const ParticleFits after = fit(device, scene, params);
-      see_pass(scene, before, after, params, params.passes, equation, residual);
-      before = after;
+      see_pass(scene, earlier, before, after, params, equation, residual);
+      earlier = std::exchange(before, after);
     }
     see_edges(scene, before, params, edge, firmness, supporters);
   }
