@@ -137,8 +137,8 @@ inline floatv edge_of(const floatv u, const floatv near, const floatv agree) {
                 u + near > 0.0f);
 }
 
-// How firm the next pass is with a fit's normal: smoothstep(0.8, 1.0, share) of what agrees within a
-// narrow angle, as in measure_edges, before this pass has turned the normals.
+// From no to all of a fit's normal holding: by the weights of the particles elsewhere, and of those that
+// agree within a narrow angle, the particle itself among them.
 inline floatv firmness_of(const floatv u, const floatv near, const floatv firm) {
   return SELECT((floatv)(0.0f), smooth_step(0.8f, 1.0f, (u + firm) / (u + near)), u + near > 0.0f);
 }
@@ -187,7 +187,7 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
 // A firm fit compares a neighbour's normal with its own surface there, so that a bend is no difference,
 // and can be strict: later passes take, with the firmness F of a fit (firmness_of), w = F (1 - roundness)
 // and g the unit gradient of the pass before at x_j,
-//   (1 + sharp w) ((1 - w) (1 - n_i.n_j) + w (1 - g.n_j))   for   1 - n_i.n_j,
+//   (1 + sharp w) ((1 - w) (1 - n_i.n_j) + w max(0, 1 - g.n_j - leeway))   for   1 - n_i.n_j,
 // and for r also ahead F times how far the neighbour lies in front. All exponents are at least -25, else
 // weights that count for nothing make subnormal numbers, with which processors are slow. Particles
 // of fewer than three neighbours get no fit. Each particle's normal turns to its quadric's gradient at
@@ -275,7 +275,7 @@ kernel void fit_particles(
         const floatv f = evaluate(c, x, y, z), apart = larger(-f, f * ahead) * inverse_tau;
         off = SELECT(off, smaller(apart * apart, (floatv)(9.21034037f)), refit);  // 1e-4
         const floatv told = along_slope(c, x, y, z, p.dx, p.dy, p.dz);
-        differs = fma(firmly, told - same, differs);
+        differs = fma(firmly, smaller(told + by.leeway, (floatv)(1.0f)) - same, differs);
       }
       const intv counts = (near >= 1e-6f) & (same >= -0.5f);
       const floatv exponent = larger(fma(falloff, smaller(differs, none), -off), (floatv)(-25.0f));
@@ -480,7 +480,8 @@ kernel void measure_edges(global const float4* place, global const float4* norma
       SELECT(one, fmax((floatv)(0.005f), smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f);
   // A bevel along an edge agrees with its row alone, and the others lie farther off than its own rest. A
   // fit on which all lie that look its way is a face, also beside a corner, where most are bevels.
-  const floatv bevel = (one - agreed) * (one - roundness) * smooth_step(0.4f, 0.55f, spread - 2.0f * off);
+  const floatv bevel = (one - firmness_of(own.u, near, firm)) * (one - roundness) *
+                       smooth_step(0.4f, 0.55f, spread - 2.0f * off);
   const floatv face = 0.2f * (one - roundness) * (one - smooth_step(0.1f, 0.3f, spread));
   const floatv least = larger(face, (floatv)(0.0005f)), rest = one - bevel;
   const floatv counts = by.groups ? LOADF(telling + lane) : one;

@@ -200,6 +200,7 @@ RECORD(FitPass) {
   FitModel model;
   float reach;     // of firmness, particle radii
   float sharp;     // how many times more of 2 / sigma^2 a firm fit has
+  float leeway;    // products of normals so much below 1 are no difference to a firm fit
   float ahead;     // what lies ahead of a firm fit, over what lies behind
   float height, height_growth;  // h_0, particle radii; h_1, 1 / particle radii
 };

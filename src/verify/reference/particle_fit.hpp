@@ -94,10 +94,11 @@ inline Narrowed narrowed_support(const Surroundings& all, std::size_t i, const F
 /// What measure_edges finds of a fit.
 struct Measured {
   double edge = 0, firmness = 0, spread = 0, supporters = 0;
-  double agreement = 0;  // e before bevels and faces, as trial fits have it
-  double steepness = 0;  // how fast e and the firmness change with the spread there, at most
-  int neighbours = 0;    // within the support
-  double margin = 1e9;   // how near one is to its end, particle radii
+  double agreement = 0;      // e before bevels and faces, as trial fits have it
+  double slope = 1.5 / 0.3;  // how fast e and the firmness change with their shares there, at most
+  double steepness = 0;      // and with the spread
+  int neighbours = 0;        // within the support
+  double margin = 1e9;       // how near one is to its end, particle radii
 };
 
 /// e = max(.005, smoothstep(.3, .9, share)) with the share of the particles elsewhere, u_j W(l / 4)
@@ -105,10 +106,11 @@ struct Measured {
 /// max(.005, smoothstep(.7, 1, share)) with those that agree by smoothstep(.85, .95, n_i.n_j), and
 /// u_i that agrees; the spread, the RMS of f, at most 2, under the common weights; the sum of u_j.
 /// For n_i.n_j stands, by the roundness, the product of n_j and the quadric's unit gradient at j. A
-/// bevel, (1 - F) (1 - roundness) smoothstep(.4, .55, spread - 2 residual), leaves of e and F what
-/// it is not; a face has at least .2 (1 - roundness) (1 - smoothstep(.1, .3, spread)) of both; all
-/// have at least .0005. `quadric` is that of the fit with its offset, `residual` the
-/// kernel's own, which residual_of checks; `params` is that of round_params.
+/// bevel, (1 - smoothstep(.8, 1, share of F)) (1 - roundness) smoothstep(.4, .55, spread - 2
+/// residual), leaves of e and F what it is not; a face has at least .2 (1 - roundness) (1 -
+/// smoothstep(.1, .3, spread)) of both; all have at least .0005. `quadric` is that of the fit with
+/// its offset, `residual` the kernel's own, which residual_of checks; `params` is that of
+/// round_params.
 inline Measured measure(const Surroundings& all, std::size_t i, double rho,
                         const std::array<float, 10>& quadric, double residual,
                         const FitParams& params, double roundness = 0) {
@@ -137,10 +139,11 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
   const double own = all.weight[i];
   found.agreement =
       std::max(0.005, smooth_step(0.3, 0.9, (0.01 * own + agree) / (0.01 * own + near)));
-  const double firmness = std::max(0.005, smooth_step(0.7, 1.0, (own + firm) / (own + near)));
+  const double share = (own + firm) / (own + near);
+  const double firmness = std::max(0.005, smooth_step(0.7, 1.0, share));
   found.spread = std::sqrt(squares / weight);
-  const double bevel =
-      (1 - firmness) * (1 - roundness) * smooth_step(0.4, 0.55, found.spread - 2 * residual);
+  const double bevel = (1 - smooth_step(0.8, 1.0, share)) * (1 - roundness) *
+                       smooth_step(0.4, 0.55, found.spread - 2 * residual);
   const double face = 0.2 * (1 - roundness) * (1 - smooth_step(0.1, 0.3, found.spread));
   const double least = std::max(0.0005, face);
   // A little beyond the ends, too, where floats may already be between them.
@@ -148,6 +151,7 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
     return x > low - 1e-3 && x < high + 1e-3;
   };
   if (is_between(found.spread - 2 * residual, 0.4, 0.55)) found.steepness += 1.5 / 0.15;
+  if (found.spread - 2 * residual > 0.4 - 1e-3) found.slope += 1.5 / 0.2;
   if (is_between(found.spread, 0.1, 0.3)) found.steepness += 0.2 * 1.5 / 0.2;
   found.edge = std::max(least, found.agreement * (1 - bevel));
   found.firmness = std::max(least, firmness * (1 - bevel));
@@ -163,10 +167,10 @@ inline double spread_error(const Measured& found, const FitParams& params) {
 }
 
 /// How far they may be from e and the firmness. The shares are quotients of sums of n terms of some
-/// 10 roundings; agreement is steep, 1.5 / 0.1 at most times n.n', good to 4 epsilon. smoothstep's
-/// slope is 1.5 / 0.3 at most. Where bevels and faces depend on it the spread is .1 at least.
+/// 10 roundings; agreement is steep, 1.5 / 0.1 at most times n.n', good to 4 epsilon. Where bevels
+/// and faces depend on it the spread is .1 at least.
 inline double edge_error(const Measured& found, const FitParams& params) {
-  return kEpsilon * (2 * found.neighbours + 20 + 60) * 1.5 / 0.3 +
+  return kEpsilon * (2 * found.neighbours + 20 + 60) * found.slope +
          found.steepness * spread_error(found, params) / (2 * std::max(found.spread, 0.1));
 }
 
@@ -225,7 +229,8 @@ inline Weight first_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, d
 
 /// The same in a later pass, where `quadric`, the fit of the pass before with its offset, lies r
 /// behind the neighbour and has the unit gradient g there: with w = F (1 - roundness)
-///   E = min(25, 2 / sigma^2 (1 + sharp w) ((1 - w) (1 - n_i.n_j) + w (1 - g.n_j)) + r^2 / tau^2),
+///   E = min(25, 2 / sigma^2 (1 + sharp w) ((1 - w) (1 - n_i.n_j) + w max(0, .99 - g.n_j)) +
+///               r^2 / tau^2),
 /// r^2 / tau^2 log(1e4) at most, and in front of the fit F / 2 times as far for r.
 inline Weight later_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, double u, double rho,
                            const std::array<float, 10>& quadric, const Firm& firm,
@@ -233,7 +238,7 @@ inline Weight later_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, d
   const double near = u * spline(length(x) / rho), same = dot(n_i, n_j);
   if (near < 1e-6 || same < -0.5) return {};
   const double falloff = 2 / (params.normal_sigma * params.normal_sigma);
-  const double told = dot(normalized(gradient_at(quadric, x)), n_j);
+  const double told = std::min(1.0, dot(normalized(gradient_at(quadric, x)), n_j) + 0.01);
   const double w = firm.firmness * (1 - firm.roundness), sharper = 1 + firm.sharp * w;
   const double differs = std::max(0.0, (1 - w) * (1 - same) + w * (1 - told));
   const double f = value_at(quadric, x) + params.offset;
