@@ -101,9 +101,9 @@ TEST_P(Block, OnItsLatticeHasSharpEdges) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Views, Block,
-                         testing::Values(SeenFrom{{23, 17, 27}, {1000, 0, 2}},
-                                         SeenFrom{{31, 31, 11}, {1400, 180, 7}},
-                                         SeenFrom{{11, 19, 39}, {1650, 180, 7}}));
+                         testing::Values(SeenFrom{{23, 17, 27}, {100, 0, 0.4}},
+                                         SeenFrom{{31, 31, 11}, {100, 180, 0.8}},
+                                         SeenFrom{{11, 19, 39}, {180, 180, 0.8}}));
 
 }  // namespace
 }  // namespace meniscus
