@@ -1,6 +1,7 @@
 #include "stages/roundness.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "device/kernels.hpp"
 #include "device/together.hpp"
@@ -125,7 +126,8 @@ SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlac
   const int width = device.state().vector_width;
   const std::size_t n = trials.to.size;
   const double most = std::min(disorder, 1.0), noise = kOfDisorder * most * (1 - most / 2),
-               rounder = kRounder * most + (kRoundest - kRounder) * (disorder - most);
+               rounder =
+                   kRounder * most * std::sqrt(most) + (kRoundest - kRounder) * (disorder - most);
   const auto& [toward, share, value, none] = sheet.found.parts;
   const SheetFits scored{trials.cells, allocate<float>(device, 3 * n), allocate<float>(device, n),
                          allocate<float>(device, 2 * n)};

@@ -17,7 +17,7 @@ inline constexpr float kEvidenceSheet = 5;
 
 /// Whose trial fits tell of a particle, and over which fits the bent places' scores are averaged,
 /// particle radii.
-inline constexpr float kEvidenceReach = 4.5f, kBentSheet = 32;
+inline constexpr float kEvidenceReach = 4.5f, kBentSheet = 40;
 
 /// What trial fits need of places alone.
 struct TrialPlaces {
@@ -60,15 +60,15 @@ Evidence measure_evidence(Device& device, const FitSurface& surface, const Trial
 /// and how far it bends, smoothstep(.005, .02, bend), as the two values of a sheet in the cells of
 /// `trials`; bends of about .04 count most, where nothing bends nothing does (kernel score_bends).
 /// Irregular particles miss any surface: both squares are less by a = .045 d (1 - d/2), d their
-/// disorder (relax.hpp) up to 1, down to .011. They count as rounder: b goes from 0 to .3 at d = 1
-/// and to 1 at d = 2. Does not wait. Throws DeviceError.
+/// disorder (relax.hpp) up to 1, down to .011. They count as rounder: b is .3 d^1.5 up to d = 1 and
+/// goes to 1 at d = 2. Does not wait. Throws DeviceError.
 SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlaces& trials,
                       const FitParams& params, const BlendParams& blend, double disorder = 0);
 
 /// Puts the roundness of each particle that is tried, 0 .. 1, behind its normal (FitRecords): 0
 /// where two sheets meet or the surface is flat, 1 where one quadric goes round a bend. With the
-/// mean score of the bent places within 32: smoothstep(1.65, 1.9, score) as far as it bends (kernel
-/// tell_roundness). Does not wait. Throws DeviceError.
+/// mean score of the bent places within 40: smoothstep(1.72, 1.78, score) as far as it bends
+/// (kernel tell_roundness). Does not wait. Throws DeviceError.
 void tell_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
                     const FitSurface& surface);
 

@@ -88,7 +88,7 @@ const Fault kFaults[] = {
     {"roundness", 11, "sheet.cl", "larger(square - noise,", "larger(square - 1.001f * noise,"},
     {"roundness", 11, "sheet.cl", "45.0f * missed", "45.5f * missed"},
     {"roundness", 11, "sheet.cl", "+ 0.01f) / sqrt", "+ 0.0102f) / sqrt"},
-    {"roundness", 11, "sheet.cl", "smooth_step(1.65f, 1.9f", "smooth_step(1.67f, 1.9f"},
+    {"roundness", 11, "sheet.cl", "smooth_step(1.72f, 1.78f", "smooth_step(1.7f, 1.78f"},
     {"roundness", 11, "sheet.cl", "means.c, bends = smooth_step(0.005f, 0.02f",
      "means.c, bends = smooth_step(0.005f, 0.0201f"},
     {"roundness", 11, "prelude.cl", "1.0f / 3.0f", "1.0f / 4.0f"},

@@ -157,7 +157,7 @@ inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const 
 /// The roundness of a fit that bends so far, of the mean score around.
 inline Estimate roundness_of(const SheetMean& score, double bends) {
   return passed_on({score.mean, score.error},
-                   [&](double x) { return bends * smooth_step(1.65, 1.9, x); });
+                   [&](double x) { return bends * smooth_step(1.72, 1.78, x); });
 }
 
 }  // namespace meniscus::reference

@@ -3,6 +3,7 @@
 #include "verify/references/roundness.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "verify/references/cases.hpp"
 #include "verify/references/worst.hpp"
@@ -12,7 +13,7 @@ namespace meniscus::verify {
 namespace {
 
 // Averages as the kernels take them (docs/method.md).
-constexpr SheetWeights kNear{5, -0.6f, -0.2f}, kFar{32, -0.6f, -0.2f};
+constexpr SheetWeights kNear{5, -0.6f, -0.2f}, kFar{40, -0.6f, -0.2f};
 
 // Next to nothing may be nothing in floats.
 bool tells(const reference::SheetMean& mean) { return mean.weight == 0 || mean.weight > 1e-3; }
@@ -35,7 +36,7 @@ void see_bends(Device& device, int size, double noise, double disorder, BendErro
     position.push_back(scene.projected.eye(static_cast<std::size_t>(i)));
   const ScoredBends scored = scored_bends(device, scene, disorder);
   const double most = std::min(disorder, 1.0), added = 0.045 * most * (1 - most / 2),
-               rounder = 0.3 * most + 0.7 * (disorder - most);
+               rounder = 0.3 * most * std::sqrt(most) + 0.7 * (disorder - most);
   for (std::size_t k = 0; k < n; ++k) {
     const auto mean = [&](const std::vector<float>& values, const SheetWeights& weights) {
       const bool far = &weights == &kFar;
