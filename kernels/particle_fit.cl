@@ -189,7 +189,8 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
 // and g the unit gradient of the pass before at x_j,
 //   (1 + sharp w) ((1 - w) (1 - n_i.n_j) + w max(0, 1 - g.n_j - leeway))   for   1 - n_i.n_j,
 // and for r also ahead F times how far the neighbour lies in front. All exponents are at least -25, else
-// weights that count for nothing make subnormal numbers, with which processors are slow. Particles
+// weights that count for nothing make subnormal numbers, with which processors are slow. Fits of groups
+// are not firm: most particles around them have no fit, and normals as rough as they came. Particles
 // of fewer than three neighbours get no fit. Each particle's normal turns to its quadric's gradient at
 // the particle; the side stays.
 //
@@ -207,7 +208,7 @@ kernel void fit_particles(
     FITTED(support, quadric, residual, weight),
     global float* turned,  // [n + 1][4] normals out
     IN_SHEET(to, toward, share, value), NARROWED(mean, noise), const FitPass by) {
-  const int lanes = by.lanes, nobody = by.nobody, left = by.left, tells = left > 0 && !by.tries;
+  const int lanes = by.lanes, nobody = by.nobody, left = by.left, tells = left > 0 && !by.tries && !by.groups;
   const FitModel model = by.model;
   const int lane = get_global_id(0) * WIDTH, trial = get_global_id(1);
   if (lane >= lanes) return;
@@ -245,7 +246,7 @@ kernel void fit_particles(
   const floatv inverse_tau = 1.0f / tau_of(roundness, model);
   const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
   floatv firm = none, around = none, agree = none;  // the last two for the next pass
-  if (by.done > 0) firm = SELECT(none, LOADF(support + 2 * lanes + lane), refit);
+  if (by.done > 0 && !by.groups) firm = SELECT(none, LOADF(support + 2 * lanes + lane), refit);
   const floatv firmly = firm * (1.0f - roundness), ahead = by.ahead * firm;
   const floatv falloff = falloff_of(roundness, model) * fma(firmly, (floatv)(by.sharp), (floatv)(1.0f));
   floatv m[MOMENTS], a[10];

@@ -191,7 +191,7 @@ RECORD(FitPass) {
   int nobody;      // the particle of lanes that are not in use
   int fits;        // of all lanes
   int done, left;  // passes before and after this one
-  int groups;      // 1: of groups, whose e and firmness count as far as each tells
+  int groups;      // 1: of groups, which are not firm between passes, and whose e and firmness count as far as each tells
   int tries;       // 1: of trial fits (roundness.cl): one quadric in the first trial, two sheets in the second
   int narrows;     // 1: supports are narrowed first, see narrowed_support in particle_fit.cl
   float full;      // the support of a fit between two sheets, particle radii

@@ -508,7 +508,7 @@ DeviceFits make_fits(Device& device, const FitSurface& surface, const Projected&
     fits.parts.emplace_back(device, part, 1, std::exchange(means, 0));
   const LaneSheet sheet(device, neighbours.sheet, 1);
   for (int pass = 0; pass < params.passes; ++pass) {
-    FitPass now{pass, params.passes - 1 - pass};
+    FitPass now{pass, params.passes - 1 - pass, !extent.empty()};
     if (pass > 0 && now.left == 0 && params.least_support < 1) {
       average_lanes(device, sheet, kSheet);
       now.noise = noise_of(device, sheet, noise);

@@ -183,7 +183,7 @@ struct FitLanes {
 /// Which of how many passes is made.
 struct FitPass {
   int done, left;       // passes before and after it
-  bool groups = false;  // whether e and firmness count as far as each fit tells
+  bool groups = false;  // fits of groups: not firm; e and firmness count as far as each tells
   Buffer<float>
       noise{};  // [1] what supports are narrowed by, with the sheet's means; empty: are not
 };

@@ -207,12 +207,12 @@ TEST(Closed, NormalsAreInterpolatedWithinTriangles) {
 
 // As near to the truth as the full mesh is, with less than a fifth of its triangles. Normals pay
 // for fewer triangles (docs/mesh.md); how much those within triangles pay differs with the
-// particles: the mean of three seeds.
+// particles: the mean of three seeds, half more than the full mesh's when that had 5.48 degrees.
 TEST(Closed, AdaptiveMeshIsAsGood) {
   const Scene& scene = find_scene("notch");
   const double volume_of_scene = volume(scene);
   Device device;
-  double within = 0;
+  double within = 0;  // degrees
   for (const unsigned seed : {1u, 2u, 3u}) {
     const Particles particles = make_particles(scene, 0.05, seed);
     const ClosedFigures full =
@@ -226,9 +226,9 @@ TEST(Closed, AdaptiveMeshIsAsGood) {
     EXPECT_LT(few.distance_rms, 1.1 * full.distance_rms);
     EXPECT_LT(few.crease_rms, 1.1 * full.crease_rms);
     EXPECT_LT(few.normal_95, 1.5 * full.normal_95);
-    within += few.within_95 / full.within_95 / 3;
+    within += few.within_95 / 3;
   }
-  EXPECT_LT(within, 1.5);
+  EXPECT_LT(within, 8.2);
 }
 
 TEST(Closed, MeshOfNothingIsEmptyWithAWarning) {
