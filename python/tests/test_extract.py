@@ -35,8 +35,10 @@ def test_a_ball_is_where_it_is(points, camera):
     pixels = np.pi * (BALL / (2 * 2 * np.tan(np.radians(20))) * 72) ** 2 / (1 - (BALL / 2) ** 2)
     assert seen.sum() == pytest.approx(pixels, rel=.1)
     distance = np.linalg.norm(surface.position[seen], axis=1)
-    # A ball of lattice points is rough: its steps are one spacing, half of it either way.
-    assert np.abs(distance - BALL).max() < RADIUS
+    # A ball of lattice points is rough: its steps are one spacing, half of it either way. Six particles
+    # stand alone on it: nothing lies farther out than they reach, .0273 from the ball.
+    assert BALL - distance.min() < RADIUS
+    assert distance.max() < np.linalg.norm(points, axis=1).max() + RADIUS
     outward = surface.position[seen] / distance[:, None]
     assert np.median((outward * surface.normal[seen]).sum(axis=1)) > .98
     assert np.allclose(np.linalg.norm(surface.normal[seen], axis=1), 1, atol=1e-5)
