@@ -208,7 +208,8 @@ kernel void fit_particles(
     FITTED(support, quadric, residual, weight),
     global float* turned,  // [n + 1][4] normals out
     IN_SHEET(to, toward, share, value), NARROWED(mean, noise), const FitPass by) {
-  const int lanes = by.lanes, nobody = by.nobody, left = by.left, tells = left > 0 && !by.tries && !by.groups;
+  const int lanes = by.lanes, nobody = by.nobody, left = by.left;
+  const int tells = left > 0 && !by.tries && !by.groups;  // the next pass how firm fits are
   const FitModel model = by.model;
   const int lane = get_global_id(0) * WIDTH, trial = get_global_id(1);
   if (lane >= lanes) return;
@@ -464,7 +465,7 @@ kernel void measure_edges(global const float4* place, global const float4* norma
       weight += w;
       squares += w * apart * apart;
       number += p.w;
-      const floatv q = share_of(p.w, l, feet.reach);
+      const floatv q = share_of(p.w, l, by.reach);
       floatv agreeing = same;
       if (round) {
         const floatv told = along_slope(c, x, y, z, p.dx, p.dy, p.dz);

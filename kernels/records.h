@@ -191,14 +191,14 @@ RECORD(FitPass) {
   int nobody;      // the particle of lanes that are not in use
   int fits;        // of all lanes
   int done, left;  // passes before and after this one
-  int groups;      // 1: of groups, which are not firm between passes, and whose e and firmness count as far as each tells
+  int groups;      // 1: of groups, not firm between passes; e and firmness count as far as each tells
   int tries;       // 1: of trial fits (roundness.cl): one quadric in the first trial, two sheets in the second
   int narrows;     // 1: supports are narrowed first, see narrowed_support in particle_fit.cl
   float full;      // the support of a fit between two sheets, particle radii
   float round_gain;  // of roundness 1 over that
   float least;       // to which share of `full` supports are narrowed at most
   FitModel model;
-  float reach;     // of firmness, particle radii
+  float reach;     // within which normals agree or do not, particle radii
   float sharp;     // how many times more of 2 / sigma^2 a firm fit has
   float leeway;    // products of normals so much below 1 are no difference to a firm fit
   float ahead;     // what lies ahead of a firm fit, over what lies behind
@@ -214,7 +214,6 @@ RECORD(Noise) {
 
 // How far fits' edges look, and where the density around fits is asked for (particle_fit.cl).
 RECORD(Feet) {
-  float reach;   // of edges, particle radii
   float offset;  // of the surface from particles, particle radii
   float deep;    // how far behind the feet the density is asked for, too, particle radii
 };

@@ -528,7 +528,7 @@ DeviceFits make_fits(Device& device, const FitSurface& surface, const Projected&
            range_of_lanes(device, lanes), fits.surface.place, normals, *lanes.part, lanes,
            part_in_sheet(*fits.around, part), fits.feet,
            pass_of(fits.surface, lanes, sheet, {params.passes, 0, !extent.empty()}, params),
-           records::Feet{kEdgeReach, static_cast<float>(params.offset), kDeep});
+           records::Feet{static_cast<float>(params.offset), kDeep});
   }
   fits.known.extent = extent;
   return fits;
