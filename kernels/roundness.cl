@@ -9,6 +9,8 @@
 
 #define MODEL 3  // float4 a particle: c0-c3; c4-c7; c8, c9
 #define NARROW 1  // trial, in the range's second dimension; the wide one is the first
+// So many neighbours are asked once, and not in each pass. Processors have room for that.
+#define KEPT (WIDTH > 1 ? 48 : 1)
 
 // Puts the trial fits of the lanes where their particles are, so that neighbours find them. A wide fit
 // weighs u_i, a narrow one e u_i with its edge (edge_of); 0 where there is no fit.
@@ -85,7 +87,10 @@ inline Told told_by(const TrialFits fits, global const int* at, const Particles 
   load_records(fits.model + 2 * fits.row, at, c);
   const floatv weight = gather_float(fits.weight, item), none = (floatv)(0.0f);
   const intv any_fit = weight > 0.0f;
-  const floatv quadric[10] = {a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], c[0], c[1]};
+  floatv quadric[10] = {a[0], a[1], a[2], a[3], b[0], b[1], b[2], b[3], c[0], c[1]};
+  // Where there is no fit anything stands, subnormal numbers too, with which processors are slow.
+#pragma unroll
+  for (int k = 0; k < 10; ++k) quadric[k] = SELECT(none, quadric[k], any_fit);
   Told t;
   t.x = p[0] - own.x;
   t.y = p[1] - own.y;
@@ -164,8 +169,10 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
   const Particles own = load_particles(place, narrow.normal, particle + lane);
   // The gradient that dominates: that of the heaviest after two rounds of mean shift.
   floatv best = none, ax = none, ay = none, az = none;
+  Told kept[KEPT];
   for (int k = 0; k < count; ++k) {
     const Told t = told_by(narrow, at + BATCH * k, own, reach);
+    if (k < KEPT) kept[k] = t;
     const intv better = t.weight > best;
     best = SELECT(best, t.weight, better);
     ax = SELECT(ax, t.gx, better);
@@ -177,7 +184,7 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
     const Side empty = {none, none, none, none, none, none, none, none, none};
     A = B = empty;
     for (int k = 0; k < count; ++k) {
-      const Told t = told_by(narrow, at + BATCH * k, own, reach);
+      const Told t = k < KEPT ? kept[k] : told_by(narrow, at + BATCH * k, own, reach);
       const floatv share =
           smooth_step(trial.same_low, trial.same_high, t.gx * ax + t.gy * ay + t.gz * az);
       add_told(&A, t, share);
