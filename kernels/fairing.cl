@@ -13,7 +13,7 @@
 #define FAIR_HEIGHT 1.2f         // particle radii
 #define FAIR_APART 1.4f          // sigmas between the neighbours that are looked at, at most
 #define FAIR_TAPS 3              // of them on each side: FAIR_REACH / (FAIR_APART / 2), less the last
-#define FAIR_COARSEST 1024       // samples from one of them to the next, at most
+#define FAIR_COARSEST 10         // 2^10 samples from one of them to the next, at most
 #define FAIR_SLOPE_RIDGE 0.2f    // sigma^2: neighbours on one side alone hardly tell a slope
 #define FAIR_CURVE_RIDGE 0.6f    // sigma^4: without it no noise goes; infinite, waves are flattened
 
@@ -33,50 +33,65 @@ typedef struct {
   floatv x, y, z, kx, ky, kz, k2x, k2y, k2z;
 } Line;
 
-// Adds the neighbour k steps away, which is sample `at`, where wanted; those nearer than
+// A neighbour: its weight, 0 where there is none, and how its normal differs from the own one.
+typedef struct {
+  floatv w, x, y, z;
+} Beside;
+
+// The neighbour k steps away, which is sample `at`, where wanted; those nearer than
 // 1 / sqrt(within) count.
-__attribute__((always_inline)) inline void add_neighbour(Line* line, const Faired* own, const int k,
-                                                         global const float* depth,
-                                                         global const float* normal, const int n,
-                                                         const int at, const float within,
-                                                         const intv wanted) {
+__attribute__((always_inline)) inline Beside neighbour_at(const Faired* own, const int k,
+                                                          global const float* depth,
+                                                          global const float* normal, const int n,
+                                                          const int at, const float within,
+                                                          const intv wanted) {
+  const floatv none = (floatv)(0.0f), halves = (floatv)(0.5f), one = (floatv)(1.0f);
+  Beside b = {none, none, none, none};
   const floatv t = load_from(depth, at);
   const intv there = wanted & (t < INFINITY);
-  if (!ANY(there)) return;
-  const floatv none = (floatv)(0.0f), halves = (floatv)(0.5f), one = (floatv)(1.0f);
-  const floatv x = SELECT(none, load_from(normal, at) - own->nx, there);
-  const floatv y = SELECT(none, load_from(normal, n + at) - own->ny, there);
-  const floatv z = SELECT(none, load_from(normal, 2 * n + at) - own->nz, there);
+  if (!ANY(there)) return b;
+  b.x = SELECT(none, load_from(normal, at) - own->nx, there);
+  b.y = SELECT(none, load_from(normal, n + at) - own->ny, there);
+  b.z = SELECT(none, load_from(normal, 2 * n + at) - own->nz, there);
   const float away = (float)(k * own->step);
   const floatv deeper = SELECT(none, t - own->t, there);
   const floatv px = fma(deeper, own->ray.dx + own->dx * away, own->ax * away);
   const floatv py = fma(deeper, own->ray.dy + own->dy * away, own->ay * away);
-  const floatv h = fma(px, fma(x, halves, own->nx),
-                       fma(py, fma(y, halves, own->ny), -deeper * fma(z, halves, own->nz)));
+  const floatv h = fma(px, fma(b.x, halves, own->nx),
+                       fma(py, fma(b.y, halves, own->ny), -deeper * fma(b.z, halves, own->nz)));
   const floatv l = fma(px, px, fma(py, py, deeper * deeper));
   const floatv near = larger(fma(l, (floatv)(-within), one), none);
   const floatv beside =
       larger(fma(h * h, (floatv)(-1.0f / (FAIR_HEIGHT * FAIR_HEIGHT)), one), none);
-  const floatv turned = fma(x, x, fma(y, y, z * z));  // 2 - 2 n.n'
+  const floatv turned = fma(b.x, b.x, fma(b.y, b.y, b.z * b.z));  // 2 - 2 n.n'
   const floatv same = smooth_step(0.7f, 0.9f, fma(turned, -halves, one));
   const floatv both = near * beside;
-  const floatv w = SELECT(none, both * both * same, there);
+  b.w = SELECT(none, both * both * same, there);
+  return b;
+}
+
+// Adds the neighbours k steps before and behind: even powers have their sum, odd ones their difference.
+__attribute__((always_inline)) inline void add_pair(Line* line, const int k, const Beside before,
+                                                    const Beside behind) {
   const float k1 = (float)k, k2 = k1 * k1;
+  const floatv w = behind.w + before.w, odd = behind.w - before.w;
   line->w += w;
-  line->k = fma(w, (floatv)(k1), line->k);
+  line->k = fma(odd, (floatv)(k1), line->k);
   line->k2 = fma(w, (floatv)(k2), line->k2);
-  line->k3 = fma(w, (floatv)(k2 * k1), line->k3);
+  line->k3 = fma(odd, (floatv)(k2 * k1), line->k3);
   line->k4 = fma(w, (floatv)(k2 * k2), line->k4);
-  const floatv wx = w * x, wy = w * y, wz = w * z;
-  line->x += wx;
-  line->y += wy;
-  line->z += wz;
-  line->kx = fma(wx, (floatv)(k1), line->kx);
-  line->ky = fma(wy, (floatv)(k1), line->ky);
-  line->kz = fma(wz, (floatv)(k1), line->kz);
-  line->k2x = fma(wx, (floatv)(k2), line->k2x);
-  line->k2y = fma(wy, (floatv)(k2), line->k2y);
-  line->k2z = fma(wz, (floatv)(k2), line->k2z);
+  const floatv x = before.w * before.x, y = before.w * before.y, z = before.w * before.z;
+  const floatv ex = fma(behind.w, behind.x, x), ey = fma(behind.w, behind.y, y),
+               ez = fma(behind.w, behind.z, z);
+  line->x += ex;
+  line->y += ey;
+  line->z += ez;
+  line->kx = fma(fma(behind.w, behind.x, -x), (floatv)(k1), line->kx);
+  line->ky = fma(fma(behind.w, behind.y, -y), (floatv)(k1), line->ky);
+  line->kz = fma(fma(behind.w, behind.z, -z), (floatv)(k1), line->kz);
+  line->k2x = fma(ex, (floatv)(k2), line->k2x);
+  line->k2y = fma(ey, (floatv)(k2), line->k2y);
+  line->k2z = fma(ez, (floatv)(k2), line->k2z);
 }
 
 kernel void fair_normals(global const float* depth,   // [ny*nx]
@@ -104,10 +119,12 @@ kernel void fair_normals(global const float* depth,   // [ny*nx]
   own.ax = screen.step * (down ? map.ox_v : map.ox_u) + own.t * own.dx;
   own.ay = screen.step * (down ? map.oy_v : map.oy_u) + own.t * own.dy;
 
-  // Steps are powers of two.
-  const floatv apart = sqrt(own.ax * own.ax + own.ay * own.ay) * (1.0f / sigma);  // sigmas
-  const floatv most = smaller(larger(FAIR_APART / apart, (floatv)(1.0f)), (floatv)(FAIR_COARSEST));
-  const intv step = (intv)(1) << ((AS_INTV(most) >> 23) - 127);
+  // Steps are powers of two: the longest of at most FAIR_APART sigmas, by its square.
+  const float per_sigma = 1.0f / sigma;
+  const floatv apart2 = smaller((own.ax * own.ax + own.ay * own.ay) * (per_sigma * per_sigma),
+                                (floatv)(100.0f));  // sigmas^2; more than any neighbour may have
+  const intv exponent = 127 - (AS_INTV(apart2 * (1.0f / (FAIR_APART * FAIR_APART))) >> 23);
+  const intv step = (intv)(1) << clamp((exponent - 1) >> 1, 0, FAIR_COARSEST);
   int steps[WIDTH];
   STOREI(step, steps);
   const float within = 1.0f / (FAIR_REACH * sigma * (FAIR_REACH * sigma));
@@ -120,35 +137,34 @@ kernel void fair_normals(global const float* depth,   // [ny*nx]
     if (!ANY(asks)) continue;
     left = left & (step != own.step);
     for (int k = 1; k <= FAIR_TAPS; ++k) {
-      const int off = k * own.step;
-      const intv reached = asks & ((float)off * apart < FAIR_REACH);
+      const int off = k * own.step, shift = down ? off * screen.nx : off;
+      const intv reached =
+          asks & ((float)off * (float)off * apart2 < FAIR_REACH * FAIR_REACH);
       if (!ANY(reached)) break;
-      if (down) {
-        const int shift = off * screen.nx;
-        if (j >= off) add_neighbour(&line, &own, -k, depth, normal, n, s - shift, within, reached);
-        if (j + off < screen.ny)
-          add_neighbour(&line, &own, k, depth, normal, n, s + shift, within, reached);
-      } else {
-        add_neighbour(&line, &own, -k, depth, normal, n, s - off, within, reached & (column >= off));
-        if (i + off < screen.nx)
-          add_neighbour(&line, &own, k, depth, normal, n, s + off, within,
-                        reached & (column < screen.nx - off));
-      }
+      // Of columns all lanes have a neighbour, or none.
+      const intv before = reached & (down ? (intv)(j < off ? 0 : -1) : column >= off);
+      const intv behind = reached & (down ? (intv)(j + off < screen.ny ? -1 : 0) : column < screen.nx - off);
+      const Beside nobody = {none, none, none, none};
+      add_pair(&line, k,
+               ANY(before) ? neighbour_at(&own, -k, depth, normal, n, s - shift, within, before) : nobody,
+               ANY(behind) ? neighbour_at(&own, k, depth, normal, n, s + shift, within, behind) : nobody);
     }
     if (!ANY(left)) break;
   }
-  // Least squares; the parabola's value at the sample itself.
-  const floatv scale = TO_FLOATV(step) * apart, square = 1.0f / (scale * scale);  // of k: sigmas
-  const floatv k2 = line.k2 + FAIR_SLOPE_RIDGE * square * line.w;
-  const floatv k4 = line.k4 + FAIR_CURVE_RIDGE * square * square * line.w;
-  const floatv a = k2 * k4 - line.k3 * line.k3, b = line.k2 * line.k3 - line.k * k4,
-               c = line.k * line.k3 - line.k2 * k2;
-  const floatv per = 1.0f / (line.w * a + line.k * b + line.k2 * c);
-  floatv x = own.nx + per * (a * line.x + b * line.kx + c * line.k2x);
-  floatv y = own.ny + per * (a * line.y + b * line.ky + c * line.k2y);
-  floatv z = own.nz + per * (a * line.z + b * line.kz + c * line.k2z);
+  // Least squares; the parabola's value at the sample itself, times the determinant. Powers of k in
+  // sigmas: the ridges are in them.
+  const floatv steps1 = TO_FLOATV(step), scale2 = steps1 * steps1 * apart2, scale4 = scale2 * scale2;
+  const floatv k2 = fma(line.k2, scale2, FAIR_SLOPE_RIDGE * line.w);
+  const floatv k4 = fma(line.k4, scale4, FAIR_CURVE_RIDGE * line.w);
+  const floatv a = k2 * k4 - scale2 * scale4 * (line.k3 * line.k3),
+               b = scale2 * (scale4 * (line.k2 * line.k3) - line.k * k4),
+               c = scale4 * (scale2 * (line.k * line.k3) - line.k2 * k2);
+  const floatv determinant = line.w * a + line.k * b + line.k2 * c;
+  floatv x = fma(determinant, own.nx, a * line.x + b * line.kx + c * line.k2x);
+  floatv y = fma(determinant, own.ny, a * line.y + b * line.ky + c * line.k2y);
+  floatv z = fma(determinant, own.nz, a * line.z + b * line.kz + c * line.k2z);
   const floatv size = sqrt(x * x + y * y + z * z), unit = 1.0f / size;
-  const intv clear = size > 0.5f;  // else the own one stays
+  const intv clear = size > 0.5f * determinant;  // else the own one stays
   x = SELECT(own.nx, x * unit, clear);
   y = SELECT(own.ny, y * unit, clear);
   z = SELECT(own.nz, z * unit, clear);

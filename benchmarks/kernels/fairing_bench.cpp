@@ -36,9 +36,9 @@ Case prepare_fairing(Frame& frame) {
   for (const float t : image.depth) result.items += t < kNoSurface;
   // Twice: all depths, the surface's normals read, and as many written.
   result.bytes = 2 * (4.0 * static_cast<double>(image.depth.size()) + 24 * result.items);
-  // A neighbour: place 9, height and distance 16, weight 20, sums 27. A sample, twice: its steps
-  // 12, the parabola 45, its length 9.
-  result.operations = 72 * count_neighbours(frame.view, image, sigma) + 2 * 66 * result.items;
+  // A neighbour: place 9, height and distance 16, weight 20, sums 20. A sample, twice: its steps
+  // 5, the parabola 50, its length 11.
+  result.operations = 65 * count_neighbours(frame.view, image, sigma) + 2 * 66 * result.items;
   result.launch = [&frame, surface, sigma] {
     fair_normals(frame.device, frame.view, *surface, sigma);
   };
