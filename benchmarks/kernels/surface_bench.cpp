@@ -222,6 +222,14 @@ Case prepare_follow(Frame& frame) {
   return result;
 }
 
+Case prepare_splash(Frame& frame) {
+  Case result = frame_case(frame, "draw_splash");
+  // Where splash may begin and end, and the depth before; how many samples it is drawn on, and how
+  // far their rays are followed, is not counted.
+  result.bytes = 12 * result.items;
+  return result;
+}
+
 Case prepare_compare(Frame& frame) {
   Case result = frame_case(frame, "compare_corners");
   // Of every second sample of each row and column: depth, normal and kind read, one value written.
