@@ -352,8 +352,9 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
               smooth_step(ALONE, COMPANY, firm);
   const intv edge = ((B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= crease)) |
                     ((within > 1e-3f) & (within > beyond));
-  // What is not trusted ends nothing: the field may go on there.
-  const intv passed = (height > OVER * (A.w + B.w)) & (out.trust > 0.5f);
+  // Where such fits are not trusted nothing is met: the field alone tells whether there is fluid.
+  const intv over = height > OVER * (A.w + B.w), passed = over & (out.trust > SURELY_OVER);
+  out.trust = SELECT(out.trust, (floatv)(0.0f), over & !passed);
   const floatv on_edge = SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge);
   out.trust += SELECT(SELECT(on_edge, (floatv)(ENDED), ended), (floatv)(PASSED), passed);
   *blended = out;

@@ -31,9 +31,11 @@ inline float leeway_of(global const float* fit) { return fit[15]; }
 
 // A ray that passes by a fit's fluid, but less than GRAZE above it, meets it where it comes nearest:
 // weights fade (fade_hit) instead of breaking off where a sheet turns away from the eye. From OVER on,
-// in the mean of the fits that it meets, it has passed by the surface.
+// in the mean of the fits that it meets, it has passed by the surface, if they are trusted by more than
+// SURELY_OVER.
 #define GRAZE 0.3f  // particle radii
 #define OVER 0.06f
+#define SURELY_OVER 0.8f
 
 typedef struct {
   floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)

@@ -9,7 +9,7 @@ namespace {
 constexpr int kRecord = 16, kCached = 48;
 constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
 constexpr float kPull = 0.75f, kRoundPull = -0.2f, kRoundest = 0.9f;  // of hits.cl
-constexpr float kGraze = 0.3f, kOver = 0.06f, kSteep = 0.5f;
+constexpr float kGraze = 0.3f, kOver = 0.06f, kSurelyOver = 0.8f, kSteep = 0.5f;
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
 
 struct Sample {
@@ -400,7 +400,8 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       ((B.w > 0.03f * A.w) & (h < 0.0f) & meet) | ((within > 1e-3f) & (within > beyond));
   out.trust =
       smaller(1.001f * (A.w + B.w) / larger(trust, tiny), one) * smooth_step(0.002f, 0.015f, firm);
-  const Ints passed = (height > kOver * (A.w + B.w)) & (out.trust > 0.5f);
+  const Ints over = height > kOver * (A.w + B.w), passed = over & (out.trust > kSurelyOver);
+  out.trust = over & ~passed ? none : out.trust;
   out.trust += passed ? all(8.0f) : ended ? all(4.0f) : edge ? all(2.0f) : none;
   return out;
 }

@@ -210,7 +210,9 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
       out.cancelled = std::max(out.cancelled, sheet.cancelled / length(sheet.blended));
   // Hardly more than the rim of a weight, or than bevels, is not trusted.
   out.trust = std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.002, 0.015, firm);
-  out.passed = height > 0.06 * all && out.trust > 0.5;
+  const bool over = height > 0.06 * all;
+  out.passed = over && out.trust > 0.8;
+  if (over && !out.passed) out.trust = 0;  // nothing is met
   out.on_edge = near && convex && b.weight > 0.03 * a.weight;
 
   // Sheet R: what faces away near the point, with another normal. It and steep faces that meet the
@@ -265,7 +267,8 @@ inline BoundedBlend bounded_blend(const ParticleFits& fits, const std::vector<do
   for (const ParticleFits& other : others) {
     const Blended b = blend(other, trust, view, u, v, t0, fit, params);
     bounded.sure &= b.hits == expected.hits && b.on_edge == expected.on_edge &&
-                    b.ended == expected.ended && b.passed == expected.passed;
+                    b.ended == expected.ended && b.passed == expected.passed &&
+                    (b.trust > 0) == (expected.trust > 0);
     if (b.hits == 0 || expected.hits == 0) continue;
     depth_off = std::max(depth_off, std::abs(b.depth - expected.depth));
     normal_off = std::max(normal_off, length(b.normal - expected.normal));
