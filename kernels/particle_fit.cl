@@ -138,9 +138,9 @@ inline floatv edge_of(const floatv u, const floatv near, const floatv agree) {
 }
 
 // From no to all of a fit's normal holding: by the weights of the particles elsewhere, and of those that
-// agree within a narrow angle, the particle itself among them.
-inline floatv firmness_of(const floatv u, const floatv near, const floatv firm) {
-  return SELECT((floatv)(0.0f), smooth_step(0.8f, 1.0f, (u + firm) / (u + near)), u + near > 0.0f);
+// agree within a narrow angle, the particle itself among them. A share of `low` is none yet.
+inline floatv firmness_of(const floatv u, const floatv near, const floatv firm, const float low) {
+  return SELECT((floatv)(0.0f), smooth_step(low, 1.0f, (u + firm) / (u + near)), u + near > 0.0f);
 }
 
 // u_j W(l / reach), W Wendland's function, of a particle elsewhere.
@@ -187,12 +187,14 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
 // A firm fit compares a neighbour's normal with its own surface there, so that a bend is no difference,
 // and can be strict: later passes take, with the firmness F of a fit (firmness_of), w = F (1 - roundness)
 // and g the unit gradient of the pass before at x_j,
-//   (1 + sharp w) ((1 - w) (1 - n_i.n_j) + w max(0, 1 - g.n_j - leeway))   for   1 - n_i.n_j,
-// and for r also ahead F times how far the neighbour lies in front. All exponents are at least -25, else
-// weights that count for nothing make subnormal numbers, with which processors are slow. Fits of groups
-// are not firm: most particles around them have no fit, and normals as rough as they came. Particles
-// of fewer than three neighbours get no fit. Each particle's normal turns to its quadric's gradient at
-// the particle; the side stays.
+//   (1 + sharp w) (1 + 3 w p) ((1 - w) (1 - n_i.n_j) + w max(0, 1 - g.n_j - leeway))   for   1 - n_i.n_j,
+// with how far the neighbour lies in front, p, up to 1; and for r also ahead F times as far. What both
+// turns away and lies in front is of the other sheet of a concave crease. All exponents are at least
+// -25, else weights that count for nothing make subnormal numbers, with which processors are slow.
+// Such a sheet makes no bevel of a fit, so F leaves out what rises over the tangent plane, from 0 to all
+// of it at a radius, as far as the fit is not round. Fits of groups are not firm: most particles around
+// them have no fit, and normals as rough as they came. Particles of fewer than three neighbours get no
+// fit. Each particle's normal turns to its quadric's gradient at the particle; the side stays.
 //
 // Of the pass before, and out: quadric, [10][lanes] f through the particle, from it along the eye axes,
 // particle radii, divided by |grad f|; residual, [lanes] negative where there is no fit, and where one
@@ -267,10 +269,10 @@ kernel void fit_particles(
       const floatv squared = fma(x, x, fma(y, y, z * z));
       const floatv same = fma(own.nx, p.dx, fma(own.ny, p.dy, own.nz * p.dz));
       const floatv near = p.w * spline(smaller(sqrt(squared) * inverse_rho, (floatv)(1.0f)));
+      const floatv rise = fma(x, own.nx, fma(y, own.ny, z * own.nz));
       floatv off = none, differs = same - 1.0f;
       if (ANY(!refit)) {
-        const floatv h = fma(x, own.nx, fma(y, own.ny, z * own.nz)) /
-                         fma((floatv)(by.height_growth), squared, (floatv)(by.height));
+        const floatv h = rise / fma((floatv)(by.height_growth), squared, (floatv)(by.height));
         off = smaller(h * h, (floatv)(11.5129255f));  // 1e-5
       }
       if (ANY(refit)) {
@@ -278,12 +280,14 @@ kernel void fit_particles(
         off = SELECT(off, smaller(apart * apart, (floatv)(9.21034037f)), refit);  // 1e-4
         const floatv told = along_slope(c, x, y, z, p.dx, p.dy, p.dz);
         differs = fma(firmly, smaller(told + by.leeway, (floatv)(1.0f)) - same, differs);
+        differs *= fma(3.0f * firmly, clamp(f, 0.0f, 1.0f), (floatv)(1.0f));
       }
       const intv counts = (near >= 1e-6f) & (same >= -0.5f);
       const floatv exponent = larger(fma(falloff, smaller(differs, none), -off), (floatv)(-25.0f));
       const floatv w = SELECT(none, near * exp_negative(exponent), counts);
       if (tells) {
-        const floatv q = share_of(p.w, sqrt(squared), by.reach);
+        const floatv beside = fma(roundness - 1.0f, smooth_step(0.0f, 1.0f, rise), (floatv)(1.0f));
+        const floatv q = share_of(p.w, sqrt(squared), by.reach) * beside;
         around += q;
         agree += q * smooth_step(0.85f, 0.95f, same);
       }
@@ -301,7 +305,7 @@ kernel void fit_particles(
     for (int k = 0; k < points; ++k) add_first(m, a, point + k, delta);
     for (int k = 0; k < points; ++k) add_second(m, a, point + k, delta);
   }
-  if (tells) STOREF(firmness_of(own.u, around, agree), support + 2 * lanes + lane);
+  if (tells) STOREF(firmness_of(own.u, around, agree, 0.7f), support + 2 * lanes + lane);
   const intv few = used < 3;
   if (ANY(few)) {
 #pragma unroll
@@ -482,7 +486,7 @@ kernel void measure_edges(global const float4* place, global const float4* norma
       SELECT(one, fmax((floatv)(0.005f), smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f);
   // A bevel along an edge agrees with its row alone, and the others lie farther off than its own rest. A
   // fit on which all lie that look its way is a face, also beside a corner, where most are bevels.
-  const floatv bevel = (one - firmness_of(own.u, near, firm)) * (one - roundness) *
+  const floatv bevel = (one - firmness_of(own.u, near, firm, 0.8f)) * (one - roundness) *
                        smooth_step(0.4f, 0.55f, spread - 2.0f * off);
   const floatv face = 0.2f * (one - roundness) * (one - smooth_step(0.1f, 0.3f, spread));
   const floatv least = larger(face, (floatv)(0.0005f)), rest = one - bevel;

@@ -182,9 +182,10 @@ struct Firm {
   double roundness = 0;  // of the fit
 };
 
-/// F = smoothstep(.8, 1, share) of surface particle i's surroundings within four radii, u_j W(l /
-/// 4) each, that agrees, smoothstep(.85, .95, n_i.n_j), and u_i that agrees; sigma is .29 narrower
-/// where F is 1. `earlier` is the surface as the pass before the one that this is for found it.
+/// F = smoothstep(.7, 1, share) of surface particle i's surroundings within four radii, u_j W(l /
+/// 4) (1 - (1 - roundness) smoothstep(0, 1, height of j over i's tangent plane)) each, that agrees,
+/// smoothstep(.85, .95, n_i.n_j), and u_i that agrees; sigma is .29 narrower where F is 1.
+/// `earlier` is the surface as the pass before the one that this is for found it.
 inline Firm firm_of(const Surroundings& earlier, std::size_t i, const FitParams& of_sheets,
                     double roundness) {
   double near = 0, agree = 0;
@@ -192,19 +193,22 @@ inline Firm firm_of(const Surroundings& earlier, std::size_t i, const FitParams&
   for (std::size_t j = 0; j < earlier.position.size(); ++j) {
     const double l = length(earlier.position[j] - earlier.position[i]);
     if (j == i || l >= 4) continue;
-    const double q = earlier.weight[j] * wendland(l / 4);
+    const double rise = dot(earlier.position[j] - earlier.position[i], earlier.normal[i]);
+    const double q =
+        earlier.weight[j] * wendland(l / 4) * (1 - (1 - roundness) * smooth_step(0, 1, rise));
     near += q;
     agree += q * smooth_step(0.85, 0.95, dot(earlier.normal[i], earlier.normal[j]));
     ++neighbours;
   }
   const double own = earlier.weight[i], share = (own + agree) / (own + near);
-  // As edge_error says; where smoothstep begins and ends its slope goes up by no more than 6 /
-  // .2^2.
-  const double error = kEpsilon * (2 * neighbours + 20 + 60);
-  const double t = std::clamp((share - 0.8) / 0.2, 0.0, 1.0);
-  const double slope = 6 * t * (1 - t) / 0.2 + 150 * error;
+  // As edge_error says, and heights are good to 6 epsilon of a distance of 4, on which the weights'
+  // slope is 1.5 at most; where smoothstep begins and ends its slope goes up by no more than 6 /
+  // .3^2.
+  const double error = kEpsilon * (2 * neighbours + 20 + 60 + 36);
+  const double t = std::clamp((share - 0.7) / 0.3, 0.0, 1.0);
+  const double slope = 6 * t * (1 - t) / 0.3 + 70 * error;
   const double narrower = of_sheets.normal_sigma / (of_sheets.normal_sigma - 0.29);
-  return {smooth_step(0.8, 1.0, share), slope * error, narrower * narrower - 1, roundness};
+  return {smooth_step(0.7, 1.0, share), slope * error, narrower * narrower - 1, roundness};
 }
 
 /// What a neighbour weighs, and how far floats may be from it.
@@ -229,9 +233,10 @@ inline Weight first_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, d
 
 /// The same in a later pass, where `quadric`, the fit of the pass before with its offset, lies r
 /// behind the neighbour and has the unit gradient g there: with w = F (1 - roundness)
-///   E = min(25, 2 / sigma^2 (1 + sharp w) ((1 - w) (1 - n_i.n_j) + w max(0, .99 - g.n_j)) +
-///               r^2 / tau^2),
-/// r^2 / tau^2 log(1e4) at most, and in front of the fit F / 2 times as far for r.
+///   E = min(25, 2 / sigma^2 (1 + sharp w) (1 + 3 w p)
+///               ((1 - w) (1 - n_i.n_j) + w max(0, .99 - g.n_j)) + r^2 / tau^2),
+/// r^2 / tau^2 log(1e4) at most, and in front of the fit F / 2 times as far for r; p, up to 1, is
+/// how far that is.
 inline Weight later_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, double u, double rho,
                            const std::array<float, 10>& quadric, const Firm& firm,
                            const FitParams& params) {
@@ -239,18 +244,21 @@ inline Weight later_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, d
   if (near < 1e-6 || same < -0.5) return {};
   const double falloff = 2 / (params.normal_sigma * params.normal_sigma);
   const double told = std::min(1.0, dot(normalized(gradient_at(quadric, x)), n_j) + 0.01);
-  const double w = firm.firmness * (1 - firm.roundness), sharper = 1 + firm.sharp * w;
+  const double f = value_at(quadric, x) + params.offset, ahead = std::clamp(f, 0.0, 1.0);
+  const double w = firm.firmness * (1 - firm.roundness);
+  const double sharp = 1 + firm.sharp * w, front = 1 + 3 * w * ahead, sharper = sharp * front;
   const double differs = std::max(0.0, (1 - w) * (1 - same) + w * (1 - told));
-  const double f = value_at(quadric, x) + params.offset;
   const double r = std::max(-f, 0.5 * firm.firmness * f) / params.tau;
   const double value =
       near *
       std::exp(-std::min(25.0, falloff * sharper * differs + std::min(r * r, std::log(1e4))));
   // The products of normals are good to 6 and 12 epsilon, f to 10 epsilon of its terms, which add
-  // up to 1.5 rho, the exponent and the rest to 20; F moves both terms.
+  // up to 1.5 rho, the exponent and the rest to 20; F moves all terms.
   const double by_normals = falloff * sharper * ((1 - w) * 6 + w * 12);
-  const double by_distance = 2 * r * 15 * rho / params.tau + 25;
-  const double by_firmness = falloff * (firm.sharp * differs + sharper * std::abs(told - same)) +
+  const double by_distance =
+      (2 * r / params.tau + falloff * sharp * differs * 3 * w) * 15 * rho + 25;
+  const double by_firmness = falloff * ((firm.sharp * front + 3 * ahead * sharp) * differs +
+                                        sharper * std::abs(told - same)) +
                              r * std::max(f, 0.0) / params.tau;
   return {value, value * (kEpsilon * (by_normals + by_distance + 20) + firm.error * by_firmness)};
 }
