@@ -9,6 +9,11 @@ namespace {
 constexpr SheetWeights kSheet{kTrustSheet, 0.4f, 0.6f};
 static_assert(kTrustSheet <= kResidualReach);
 
+// Where fits' surroundings lie farther from them than this (RMS, particle radii; by the higher one
+// in full), a trace less than full trust has every sample compared with the density field
+// (settle.cl); see Spreads.
+constexpr double kTrace = 0.01;
+
 // Water is thin where the density kDeep behind the feet is below these.
 constexpr double kThin = 0.5, kThick = 0.8;
 
@@ -21,15 +26,17 @@ constexpr double kBevel = 0.1;  // particle radii
 constexpr double kNarrow = 40, kWide = 80;
 
 // How far surroundings lie from fits (RMS, particle radii) where these begin not to be trusted and
-// where they are not at all; and where thin water begins not to be a sheet. Irregular particles lie
-// farther from any surface.
+// where they are not at all; where samples are compared with the field; and where thin water begins
+// not to be a sheet. Irregular particles lie farther from any surface.
 struct Spreads {
   explicit Spreads(double disorder)
       : trusted(between(0.45, 0.8, disorder)),
         distrusted(between(0.75, 1.2, disorder)),
+        compared_from(between(0.3, 0.6, disorder)),
+        compared(between(0.4, 0.8, disorder)),
         smooth(between(0.25, 0.5, disorder)),
         rough(between(0.4, 0.8, disorder)) {}
-  double trusted, distrusted, smooth, rough;
+  double trusted, distrusted, compared_from, compared, smooth, rough;
 };
 
 }  // namespace
@@ -59,7 +66,8 @@ std::vector<double> trust_of(const ParticleFits& fits, double disorder) {
             (1 - smooth_step(spreads.trusted, spreads.distrusted, fits.apart[k])) *
             (1 - (1 - smooth_step(kThin, kThick, fits.deep[k])) * (1 - sheet)) *
             (1 - (1 - fits.firmness[k]) *
-                     smooth_step(spreads.distrusted, spreads.distrusted + kBevel, fits.spread[k]));
+                     smooth_step(spreads.distrusted, spreads.distrusted + kBevel, fits.spread[k])) *
+            (1 - kTrace * smooth_step(spreads.compared_from, spreads.compared, fits.apart[k]));
       }
   });
   return trust;

@@ -54,7 +54,8 @@ TEST(TrustOfFits, MatchesItsDefinition) {
     bevels += bevel > 0.1;
     const double expected =
         (1 - (1 - thick) * (1 - sheet)) * smooth_step(0.24, 0.33, fits.dense[k]) *
-        (1 - smooth_step(0.45, 0.75, apart)) * smooth_step(5, 12, fits.supporters[k]) * (1 - bevel);
+        (1 - smooth_step(0.45, 0.75, apart)) * (1 - 0.01 * smooth_step(0.3, 0.4, apart)) *
+        smooth_step(5, 12, fits.supporters[k]) * (1 - bevel);
     between += expected > 0.01 && expected < 0.99;
     EXPECT_NEAR(actual[k], expected, 1e-14) << k;  // products of a few numbers up to 1
   }
