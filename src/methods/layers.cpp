@@ -40,12 +40,12 @@ constexpr Placing kPlacing{.most_off = 2, .margin = -0.5, .sheets_by_mean = true
 // there, and the front tells where.
 constexpr double kBehindFront = 0.75, kFacing = 0.3;
 
-// The fit of every particle of the surface is much like those beside it. Of the particles that the
-// front has not fitted one a cube of this side (particle radii) and side of the fluid is.
-constexpr double kApart = 3.5;
+// The fit of every particle of the surface is much like those beside it where the surface is flat:
+// a fit speaks for the particles within this reach (particle radii) whose normals are like its own.
+constexpr double kSpokenFor = 3;
 
-// Where normals of the field turn by less on the mean, 1 - cosine (11 degrees), the surface is
-// flat, as far as roundness goes. Those by more than 120 degrees off are of the other side.
+// Where normals of the field turn by less, 1 - cosine (11 degrees), the surface is flat; as far as
+// roundness goes, on the mean. Those by more than 120 degrees off are of the other side.
 constexpr double kFlat = 0.02, kOtherSide = -0.5;
 
 // What the front shows to be creases is creases behind it, too: a place is not asked how round it
@@ -54,46 +54,32 @@ constexpr double kFlat = 0.02, kOtherSide = -0.5;
 constexpr double kMostRound = 0.5, kBendReach = 16, kBendCube = 16;
 constexpr std::size_t kGrain = 256;  // particles that are worth a thread
 
-// The cube of a point, and which of six ways its normal points. Points farther than 2^19 cubes away
-// share cubes.
-constexpr double kFarthest = 1 << 19;
-std::uint64_t place_of(const Vec3d& at, const Vec3d& normal) {
-  const auto coordinate = [](double v) {
-    return static_cast<std::uint64_t>(
-        std::clamp(std::floor(v / kApart) + kFarthest, 0.0, 2.0 * kFarthest - 1));
-  };
-  const double x = std::abs(normal.x), y = std::abs(normal.y), z = std::abs(normal.z);
-  const int axis = x >= y && x >= z ? 0 : y >= z ? 1 : 2;
-  const double along = axis == 0 ? normal.x : axis == 1 ? normal.y : normal.z;
-  const std::uint64_t way = static_cast<std::uint64_t>(2 * axis + (along < 0 ? 1 : 0));
-  return ((coordinate(at.x) << 20 | coordinate(at.y)) << 20 | coordinate(at.z)) << 3 | way;
-}
-
-// The particles to fit where the front has no fits.
+// The particles to fit where the front has no fits: one after the other, but for those that a
+// fitted one speaks for.
 Visible choose_hidden(const KnownFluid& known) {
   const SurfaceParticles& around = known.around;
-  std::vector<std::uint64_t> taken;
-  taken.reserve(known.fits.size());
-  for (std::size_t k = 0; k < known.fits.size(); ++k)
-    taken.push_back(place_of(known.fits.position[k], known.fits.normal[k]));
-  std::sort(taken.begin(), taken.end());
-  std::vector<std::pair<std::uint64_t, std::int32_t>> candidates;
+  std::vector<char> is_fitted(around.index.size());
+  for (const std::int32_t place : places_in(around.index, known.fitted))
+    is_fitted[static_cast<std::size_t>(place)] = 1;
+  std::vector<std::size_t> places;
+  std::vector<std::int32_t> unfitted;
   for (std::size_t k = 0; k < around.index.size(); ++k) {
-    if (around.weight[k] < kLeastSurface) continue;
-    const Vec3d at = known.particles.eye(static_cast<std::size_t>(around.index[k]));
-    candidates.emplace_back(place_of(at, around.normal[k]), around.index[k]);
+    if (is_fitted[k] || around.weight[k] < kLeastSurface) continue;
+    places.push_back(k);
+    unfitted.push_back(around.index[k]);
   }
-  std::sort(candidates.begin(), candidates.end());
+  const NearLists near = list_near(known.particles, unfitted, around.index, kSpokenFor);
   Visible hidden;
-  auto next = taken.begin();
-  for (std::size_t k = 0; k < candidates.size(); ++k) {
-    const std::uint64_t place = candidates[k].first;
-    if (k > 0 && candidates[k - 1].first == place) continue;
-    while (next != taken.end() && *next < place) ++next;
-    if (next != taken.end() && *next == place) continue;
-    hidden.index.push_back(candidates[k].second);
+  for (std::size_t k = 0; k < unfitted.size(); ++k) {
+    const Vec3d& normal = around.normal[places[k]];
+    const auto speaks = [&](cl_int other) {
+      const auto place = static_cast<std::size_t>(other);
+      return is_fitted[place] && dot(normal, around.normal[place]) > 1 - kFlat;
+    };
+    if (std::ranges::any_of(near[k], speaks)) continue;
+    is_fitted[places[k]] = 1;
+    hidden.index.push_back(unfitted[k]);
   }
-  std::sort(hidden.index.begin(), hidden.index.end());
   hidden.owned.assign(hidden.index.size(), 1);
   return hidden;
 }
@@ -316,7 +302,7 @@ Layers run_layers(Device& device, const View& view, const WorldParticles& partic
     found = find_surface({}, host_cells, {gradients.data(), gradients.size()}, params.disorder);
   }
   const SurfaceParticles around = with_normals(std::move(found), {}, {});
-  return find_layers(device, in, {placed, host_cells, cells, levelled, field, around, {}, {}},
+  return find_layers(device, in, {placed, host_cells, cells, levelled, field, around, {}, {}, {}},
                      std::move(front), params, clock);
 }
 

@@ -21,6 +21,7 @@ struct KnownFluid {
   const SurfaceParticles& around;       // the surface's particles
   ParticleFits fits;                    // of the front
   std::vector<double> trust;            // [fits]
+  std::vector<std::int32_t> fitted;     // [fits] the particles of these
 };
 
 /// The layers along the rays of a view.
