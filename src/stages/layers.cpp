@@ -25,8 +25,9 @@ constexpr double kFilm = 0.02;
 
 // Air between two bodies that is thinner along the ray is none: it is the surface's roughness,
 // where a ray skims it or nicks an edge. Particles of two sheets leave at least .7 between the
-// sheets.
-constexpr double kThinAir = 0.5;
+// sheets. Water at the front that is thinner is none, either, where the mesh enters near behind it:
+// the front bulges there before a fold of the mesh. Particle radii.
+constexpr double kThinnest = 0.5;
 
 // Vertices of a triangle whose normal is off the triangle's by more lie on a crease: there the
 // triangle's own counts. 25 degrees.
@@ -368,8 +369,12 @@ struct Tracer {
              std::vector<Interval>& bodies) const {
     const float first = layers.entry[pixel];
     const double stretch = stretch_of(column, row), depth_of_radius = view.radius / stretch;
-    list_intervals(crossings, static_cast<float>(kThinAir * depth_of_radius), bodies);
-    if (bodies.empty() || bodies[0].from > first + kMeetsFront * depth_of_radius)
+    const auto thinnest = static_cast<float>(kThinnest * depth_of_radius);
+    const double meets_front = first + kMeetsFront * depth_of_radius;
+    list_intervals(crossings, thinnest, bodies);
+    if (bodies.size() > 1 && bodies[0].to < first + thinnest && bodies[1].from <= meets_front)
+      bodies.erase(bodies.begin());
+    if (bodies.empty() || bodies[0].from > meets_front)
       bodies.insert(bodies.begin(),
                     {first, static_cast<float>(first + kFilm * depth_of_radius), kNoFace});
     bodies[0] = {first, std::max(bodies[0].to, next_above(first)), bodies[0].leaving};
@@ -443,7 +448,7 @@ Layers trace_layers(const View& view, const DualMesh& mesh, std::vector<float> f
   layers.exit.resize(pixels * static_cast<std::size_t>(most), kNoSurface);
 
   const ScreenMesh screen = project_mesh(view, mesh);
-  const auto least_air = static_cast<float>(kThinAir * view.radius / most_stretch(view));
+  const auto least_air = static_cast<float>(kThinnest * view.radius / most_stretch(view));
   parallel_for(screen.of_band.size(), 1, [&](std::size_t begin, std::size_t end) {
     BandCrossings band(view, mesh, screen, layers.entry, least_air);
     const Tracer tracer{view, band, layers};
