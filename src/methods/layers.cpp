@@ -158,6 +158,8 @@ Visible choose_bent(const KnownFluid& known, const Visible& hidden) {
   return bent;
 }
 
+// Most particles around hidden fits have no fit, and normals as rough as they came, as around
+// groups: hidden fits are not firm, as those of groups of one.
 ParticleFits fit_hidden(Device& device, const KnownFluid& known, const Visible& hidden,
                         const Parameters& params) {
   const SurfaceParticles& around = known.around;
@@ -167,8 +169,9 @@ ParticleFits fit_hidden(Device& device, const KnownFluid& known, const Visible& 
       find_trials(device, known.particles, choose_bent(known, hidden), around.index);
   const FitSurface surface = upload_surface(device, known.particles, around);
   measure_roundness(device, surface, trials, params.fit, params.blend, params.disorder);
-  DeviceFits fits =
-      make_fits(device, surface, known.particles, hidden, around, neighbours, params.fit);
+  const std::vector<double> of_groups(hidden.index.size(), 0);
+  DeviceFits fits = make_fits(device, surface, known.particles, hidden, around, neighbours,
+                              params.fit, of_groups);
   measure_surroundings(device, known.cells, fits);
   return download(device, std::move(fits));
 }
