@@ -254,7 +254,8 @@ struct DeviceFits {
 ///               ridge to kRound...
 ///   neighbours  of `seen` within params.support; they outlive the fits
 ///   extent      [seen] as in MergedGroups, where the fits are those of groups: each counts as far
-///               as its group is one of its own, and reaches as far as its members lie; else empty
+///               as its group is one of its own, and reaches as far as its members lie; 0: a
+///               particle alone, fitted as groups are; else empty
 ///   noise       what noise explains, where more fits than these are known; else noise_of() these
 ///
 /// Does not wait. Throws DeviceError.
