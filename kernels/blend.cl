@@ -332,8 +332,9 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       beyond += SELECT((floatv)(0.0f), says, f > 0.0f);
       const floatv w = SELECT((floatv)(0.0f), weight, along > 0.0f);
       wr += w;
-      // The next ones are no numbers where the depth is infinite; wr is 0 there.
-      fr = fma(w, f, fr);
+      // Of several faces one that the point lies outside of ends the surface, however far within the
+      // others it lies. The next ones are no numbers where the depth is infinite; wr is 0 there.
+      fr = fma(w, larger(f, (floatv)(WITHIN)), fr);
       crx = fma(w, (floatv)(foot[0]), crx);
       cry = fma(w, (floatv)(foot[1]), cry);
       crz = fma(w, (floatv)(foot[2]), crz);

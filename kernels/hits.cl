@@ -37,6 +37,9 @@ inline float leeway_of(global const float* fit) { return fit[15]; }
 #define OVER 0.06f
 #define SURELY_OVER 0.8f
 
+// Hidden faces hold a point that lies within them by no more than this.
+#define WITHIN -0.1f  // particle radii
+
 typedef struct {
   floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)
   floatv dx, dy;     // direction (dx, dy, -1)

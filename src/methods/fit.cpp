@@ -11,6 +11,7 @@
 #include "methods/layers.hpp"
 #include "methods/methods.hpp"
 #include "methods/placed_fluid.hpp"
+#include "stages/faces.hpp"
 #include "stages/group.hpp"
 #include "stages/merge.hpp"
 #include "stages/mesh.hpp"
@@ -234,6 +235,9 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
 
   // 2.4: the surface at pixels and at the nodes of the mesh.
   BlendRecords records = make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
+  const TrustedFits faces = faces_beside_bevels(fits, trust, params.fit.offset);
+  append(records,
+         make_records(faces.fits, faces.trust, params.fit, kBlendReach * params.blend.radius));
   const DeviceRecords on_device = upload_records(device, records);
   const Sampler sampler{device,      view,           params,     std::move(records), on_device,
                         fluid.cells, fluid.levelled, fluid.body, shell.least_radius};
@@ -251,6 +255,8 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
   result.counts = count_particles(particles, fluid.particles, fluid.split, visible, mesh);
   result.counts.*seeding.counted = static_cast<std::int64_t>(fits.size());
   result.residual = fits.residual;
+  result.residual.insert(result.residual.end(), faces.fits.residual.begin(),
+                         faces.fits.residual.end());
   for (float& residual : result.residual) residual *= static_cast<float>(fluid.disorder.unit());
   result.disorder = fluid.disorder;
   if (params.image && params.layers > 0)

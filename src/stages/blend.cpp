@@ -207,6 +207,11 @@ BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& t
   return records;
 }
 
+void append(BlendRecords& records, const BlendRecords& more) {
+  records.record.insert(records.record.end(), more.record.begin(), more.record.end());
+  records.foot.insert(records.foot.end(), more.foot.begin(), more.foot.end());
+}
+
 DeviceRecords upload_records(Device& device, const BlendRecords& records) {
   const auto [record, foot] = upload_together(device, records.record, records.foot);
   return {record, foot};

@@ -42,6 +42,9 @@ inline constexpr double kSeen = 1e-3;
 BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
                           const FitParams& fit, double radius);
 
+/// Adds the records of more fits.
+void append(BlendRecords& records, const BlendRecords& more);
+
 DeviceRecords upload_records(Device& device, const BlendRecords& records);
 
 /// The radius of a fit's weight: `radius` times its share of the full support; of a group's fit

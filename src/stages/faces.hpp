@@ -1,0 +1,25 @@
+// faces: the faces beside bevels, continued to where these are. Along the edge of a block whose
+// particles lie on their lattice all fits are bevels (kernel measure_edges), which count nothing:
+// near a corner no fit of a face would be within reach.
+#pragma once
+
+#include <vector>
+
+#include "stages/particle_fit.hpp"
+
+namespace meniscus {
+
+/// Fits and how far they are trusted.
+struct TrustedFits {
+  ParticleFits fits;
+  std::vector<double> trust;
+};
+
+/// At each bevel the faces on which its particle lies, at most one for each direction: of the fits
+/// within five particle radii the nearest, whose quadric goes on to the bevel. They are seen as the
+/// bevel is, and count as far as it is one: 1 - smoothstep(.001, .005, e). Groups have none: a
+/// small e tells that they fade.
+TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<double>& trust,
+                                double offset);
+
+}  // namespace meniscus
