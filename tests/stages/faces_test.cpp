@@ -1,0 +1,72 @@
+// The faces that stand in for bevels, of fits made by hand.
+#include "stages/faces.hpp"
+
+#include <gtest/gtest.h>
+
+namespace meniscus {
+namespace {
+
+// A plane through `through`, whose surface is its level one particle radius outside.
+void add_plane(ParticleFits& fits, const Vec3d& at, const Vec3d& normal, const Vec3d& through,
+               double edge) {
+  fits.position.push_back(at);
+  fits.foot.push_back(at + normal);
+  fits.normal.push_back(normal);
+  fits.quadric.push_back({static_cast<float>(dot(normal, at - through) - 1),
+                          static_cast<float>(normal.x), static_cast<float>(normal.y),
+                          static_cast<float>(normal.z)});
+  fits.visible.push_back(0.5);
+  fits.surface.push_back(1);
+  fits.support.push_back(10);
+  fits.roundness.push_back(0);
+  fits.edge.push_back(edge);
+  fits.firmness.push_back(edge);
+  fits.spread.push_back(edge < 0.1 ? 0.7 : 0.05);
+  fits.residual.push_back(0.1f);
+}
+
+// A bevel where a face across x and one across y meet, and a face that passes it by.
+ParticleFits edge_of_block(double edge_of_bevel) {
+  const Vec3d x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1}, origin;
+  ParticleFits fits;
+  add_plane(fits, origin, normalized(x + y), origin, edge_of_bevel);
+  fits.visible[0] = 0.25;
+  add_plane(fits, y * -2, x, origin, 0.2);
+  add_plane(fits, y * -3, x, origin, 0.4);  // the same face, farther away
+  add_plane(fits, x * -2.5, y, origin, 0.2);
+  add_plane(fits, z * -1, z, z * -1, 0.2);
+  add_plane(fits, z * -6, normalized(x - z), origin, 0.2);  // out of reach
+  return fits;
+}
+
+TEST(FacesBesideBevels, AreTheNearestOfEachDirectionOnWhichTheBevelLies) {
+  const ParticleFits fits = edge_of_block(0.0005);
+  const auto [faces, trust] = faces_beside_bevels(fits, {1, 0.9, 0.8, 0.7, 0.6, 0.5}, 1);
+  ASSERT_EQ(faces.size(), 2U);
+  EXPECT_EQ(trust, (std::vector<double>{0.9, 0.7}));
+  for (const std::size_t k : {0, 1}) {
+    const Vec3d normal = k == 0 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+    EXPECT_EQ(length(faces.position[k]), 0);
+    EXPECT_LT(length(faces.foot[k] - normal), 1e-6);
+    EXPECT_LT(length(faces.normal[k] - normal), 1e-6);
+    EXPECT_EQ(faces.visible[k], 0.25);
+    EXPECT_EQ(faces.edge[k], 0.2);
+  }
+}
+
+TEST(FacesBesideBevels, CountAsFarAsThereIsABevel) {
+  const std::vector<double> trust(6, 1.0);
+  const TrustedFits half = faces_beside_bevels(edge_of_block(0.003), trust, 1);
+  ASSERT_EQ(half.fits.size(), 2U);
+  EXPECT_NEAR(half.fits.edge[0], 0.1, 1e-12);
+  EXPECT_EQ(faces_beside_bevels(edge_of_block(0.005), trust, 1).fits.size(), 0U);
+}
+
+TEST(FacesBesideBevels, AreNotOfGroups) {
+  ParticleFits groups = edge_of_block(0.0005);
+  groups.extent.assign(groups.size(), 1.0);
+  EXPECT_EQ(faces_beside_bevels(groups, std::vector<double>(6, 1.0), 1).fits.size(), 0U);
+}
+
+}  // namespace
+}  // namespace meniscus
