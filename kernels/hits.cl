@@ -38,7 +38,7 @@ inline float leeway_of(global const float* fit) { return fit[15]; }
 #define SURELY_OVER 0.8f
 
 // Hidden faces hold a point that lies within them by no more than this.
-#define WITHIN -0.1f  // particle radii
+#define WITHIN -0.05f  // particle radii
 
 typedef struct {
   floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)

@@ -235,7 +235,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     if (dot(to, out.normal) < 0 && dot(to, g) > 0) (f > 0 ? beyond : within) += w;
     if (dot(g, ray) <= 0) continue;
     weight += w;
-    level += w * std::max(f, -0.1);  // of several faces the one that it lies outside of
+    level += w * std::max(f, -0.05);  // of several faces the one that it lies outside of
     centre += w * fits.foot[k];
     normal += w * g;
   }
