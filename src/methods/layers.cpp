@@ -14,6 +14,7 @@
 #include "stages/crumbs.hpp"
 #include "stages/dual_faces.hpp"
 #include "stages/dual_vertices.hpp"
+#include "stages/faces.hpp"
 #include "stages/implicit.hpp"
 #include "stages/relax.hpp"
 #include "stages/roundness.hpp"
@@ -275,9 +276,11 @@ Layers find_layers(Device& device, const View& view, KnownFluid known, std::vect
   append(known.trust, trust_of(more, params.disorder));
   join_fits(known.fits, more);
   distrust_gaps(device, known.cells, known.fits, known.trust);
-  const ImplicitFunction function = make_implicit(
-      device, make_records(known.fits, known.trust, params.fit, kBlendReach * params.blend.radius),
-      known.levelled, params);
+  const double reach = kBlendReach * params.blend.radius;
+  BlendRecords records = make_records(known.fits, known.trust, params.fit, reach);
+  const TrustedFits faces = faces_beside_bevels(known.fits, known.trust, params.fit.offset);
+  append(records, make_records(faces.fits, faces.trust, params.fit, reach));
+  const ImplicitFunction function = make_implicit(device, records, known.levelled, params);
   const DualMesh mesh =
       mesh_behind(device, view, front, known, function, {.amount = params.disorder}, clock);
   clock.start("layers");
