@@ -39,17 +39,19 @@ typedef struct {
 } Beside;
 
 // The neighbour k steps away, which is sample `at`, where wanted; those nearer than
-// 1 / sqrt(within) count.
-__attribute__((always_inline)) inline Beside neighbour_at(const Faired* own, const int k,
-                                                          global const float* depth,
+// 1 / sqrt(within) count. (Oclgrind takes no structure that is returned here.)
+__attribute__((always_inline)) inline void find_neighbour(Beside* found, const Faired* own,
+                                                          const int k, global const float* depth,
                                                           global const float* normal, const int n,
                                                           const int at, const float within,
                                                           const intv wanted) {
   const floatv none = (floatv)(0.0f), halves = (floatv)(0.5f), one = (floatv)(1.0f);
   Beside b = {none, none, none, none};
+  *found = b;
+  if (!ANY(wanted)) return;
   const floatv t = load_from(depth, at);
   const intv there = wanted & (t < INFINITY);
-  if (!ANY(there)) return b;
+  if (!ANY(there)) return;
   b.x = SELECT(none, load_from(normal, at) - own->nx, there);
   b.y = SELECT(none, load_from(normal, n + at) - own->ny, there);
   b.z = SELECT(none, load_from(normal, 2 * n + at) - own->nz, there);
@@ -67,7 +69,7 @@ __attribute__((always_inline)) inline Beside neighbour_at(const Faired* own, con
   const floatv same = smooth_step(0.7f, 0.9f, fma(turned, -halves, one));
   const floatv both = near * beside;
   b.w = SELECT(none, both * both * same, there);
-  return b;
+  *found = b;
 }
 
 // Adds the neighbours k steps before and behind: even powers have their sum, odd ones their difference.
@@ -124,7 +126,7 @@ kernel void fair_normals(global const float* depth,   // [ny*nx]
   const floatv apart2 = smaller((own.ax * own.ax + own.ay * own.ay) * (per_sigma * per_sigma),
                                 (floatv)(100.0f));  // sigmas^2; more than any neighbour may have
   const intv exponent = 127 - (AS_INTV(apart2 * (1.0f / (FAIR_APART * FAIR_APART))) >> 23);
-  const intv step = (intv)(1) << clamp((exponent - 1) >> 1, 0, FAIR_COARSEST);
+  const intv step = (intv)(1) << min(max((exponent - 1) >> 1, (intv)(0)), (intv)(FAIR_COARSEST));
   int steps[WIDTH];
   STOREI(step, steps);
   const float within = 1.0f / (FAIR_REACH * sigma * (FAIR_REACH * sigma));
@@ -144,10 +146,10 @@ kernel void fair_normals(global const float* depth,   // [ny*nx]
       // Of columns all lanes have a neighbour, or none.
       const intv before = reached & (down ? (intv)(j < off ? 0 : -1) : column >= off);
       const intv behind = reached & (down ? (intv)(j + off < screen.ny ? -1 : 0) : column < screen.nx - off);
-      const Beside nobody = {none, none, none, none};
-      add_pair(&line, k,
-               ANY(before) ? neighbour_at(&own, -k, depth, normal, n, s - shift, within, before) : nobody,
-               ANY(behind) ? neighbour_at(&own, k, depth, normal, n, s + shift, within, behind) : nobody);
+      Beside first, second;
+      find_neighbour(&first, &own, -k, depth, normal, n, s - shift, within, before);
+      find_neighbour(&second, &own, k, depth, normal, n, s + shift, within, behind);
+      add_pair(&line, k, first, second);
     }
     if (!ANY(left)) break;
   }
