@@ -174,11 +174,7 @@ BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& t
     const double reach = reach_of(fits, k, fit, radius), weight = fits.edge[k] * trust[k];
     const std::array<float, 10>& c = fits.quadric[k];
     // The same function around the foot.
-    const Vec3d x = foot - fits.position[k];
-    const Vec3d gradient{c[1] + 2 * c[4] * x.x + c[7] * x.y + c[9] * x.z,
-                         c[2] + 2 * c[5] * x.y + c[7] * x.x + c[8] * x.z,
-                         c[3] + 2 * c[6] * x.z + c[8] * x.y + c[9] * x.x};
-    const double value = c[0] + dot(gradient + Vec3d{c[1], c[2], c[3]}, x) / 2;
+    const auto [value, gradient] = level_at(c, foot - fits.position[k]);
     const double record[] = {value,
                              gradient.x,
                              gradient.y,

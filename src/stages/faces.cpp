@@ -9,7 +9,7 @@
 namespace meniscus {
 namespace {
 
-constexpr double kReach = 5;        // of a face to a bevel, particle radii
+constexpr float kReach = 5;         // of a face to a bevel, particle radii
 constexpr double kBevel = 0.001;    // e of a bevel
 constexpr double kNoBevel = 0.005;  // least e of other fits
 constexpr double kLeastEdge = 0.1;  // e of a face,
@@ -17,44 +17,28 @@ constexpr double kFlat = 0.3;       // its spread, particle radii,
 constexpr double kOff = 0.3;        // and how far off it a bevel's particle may be
 constexpr double kSameFace = 0.7;   // cosine from which two fits are of one face
 
-// A quadric and its gradient around another place.
-struct Moved {
-  std::array<float, 10> quadric;
-  Vec3d gradient;
-};
-
-Moved moved(const std::array<float, 10>& c, const Vec3d& by) {
-  const Vec3d at_first{c[1], c[2], c[3]};
-  const Vec3d gradient = at_first + Vec3d{2 * c[4] * by.x + c[7] * by.y + c[9] * by.z,
-                                          2 * c[5] * by.y + c[7] * by.x + c[8] * by.z,
-                                          2 * c[6] * by.z + c[8] * by.y + c[9] * by.x};
-  Moved there{c, gradient};
-  there.quadric[0] = static_cast<float>(c[0] + dot(gradient + at_first, by) / 2);
-  there.quadric[1] = static_cast<float>(gradient.x);
-  there.quadric[2] = static_cast<float>(gradient.y);
-  there.quadric[3] = static_cast<float>(gradient.z);
-  return there;
-}
-
 bool is_face(const ParticleFits& fits, std::size_t k) {
   return !(fits.residual[k] < 0) && fits.edge[k] >= kLeastEdge && fits.spread[k] < kFlat;
 }
 
-// Fit k at the place of bevel b, which counts so much.
+// Fit k at the place of bevel b, where its quadric is `there`; it counts so much.
 void add_face(const ParticleFits& fits, std::size_t k, std::size_t b, double counts,
-              const Moved& there, ParticleFits& faces) {
-  const double slope = length(there.gradient);
+              const QuadricLevel& there, ParticleFits& faces) {
+  const auto& [value, gradient] = there;
+  const double slope = length(gradient);
+  std::array<float, 10> quadric = fits.quadric[k];
+  const std::array around{value, gradient.x, gradient.y, gradient.z};
+  std::ranges::transform(around, quadric.begin(), [](double v) { return static_cast<float>(v); });
   faces.position.push_back(fits.position[b]);
-  faces.normal.push_back(there.gradient / slope);
+  faces.normal.push_back(gradient / slope);
   faces.visible.push_back(fits.visible[b]);
   faces.surface.push_back(fits.surface[b]);
   faces.support.push_back(fits.support[k]);
   faces.roundness.push_back(fits.roundness[k]);
   faces.edge.push_back(fits.edge[k] * counts);
   faces.firmness.push_back(fits.firmness[k] * counts);
-  faces.foot.push_back(fits.position[b] -
-                       there.gradient * (double{there.quadric[0]} / (slope * slope)));
-  faces.quadric.push_back(there.quadric);
+  faces.foot.push_back(fits.position[b] - gradient * (double{quadric[0]} / (slope * slope)));
+  faces.quadric.push_back(quadric);
   faces.residual.push_back(fits.residual[k]);
 }
 
@@ -68,15 +52,7 @@ TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<doub
   for (std::size_t b = 0; b < fits.size(); ++b) {
     const double counts = 1 - smooth_step(kBevel, kNoBevel, fits.edge[b]);
     if (fits.residual[b] < 0 || !(counts > 0)) continue;
-    if (cells.item.empty()) {
-      std::vector<float> x, y, z;
-      for (const Vec3d& at : fits.position) {
-        x.push_back(static_cast<float>(at.x));
-        y.push_back(static_cast<float>(at.y));
-        z.push_back(static_cast<float>(at.z));
-      }
-      cells = make_cells(x, y, z, static_cast<float>(kReach));
-    }
+    if (cells.item.empty()) cells = make_cells(fits.position, kReach);
     const Vec3d& at = fits.position[b];
     std::vector<std::pair<double, std::size_t>> near;  // distance, fit
     visit_near(cells, static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z),
@@ -92,8 +68,8 @@ TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<doub
       const Vec3d& normal = fits.normal[k];
       const auto same = [&](const Vec3d& other) { return dot(normal, other) > kSameFace; };
       if (std::any_of(taken.begin(), taken.end(), same)) continue;
-      const Moved there = moved(fits.quadric[k], at - fits.position[k]);
-      if (std::abs(double{there.quadric[0]} + offset) > kOff) continue;
+      const QuadricLevel there = level_at(fits.quadric[k], at - fits.position[k]);
+      if (std::abs(there.value + offset) > kOff) continue;
       taken.push_back(normal);
       add_face(fits, k, b, counts, there, faces.fits);
       faces.trust.push_back(trust[k]);

@@ -348,6 +348,13 @@ void take_fits(const FitLanes& part, const ViewTogether<float, float, float, flo
 
 }  // namespace
 
+QuadricLevel level_at(const std::array<float, 10>& c, const Vec3d& x) {
+  const Vec3d gradient{c[1] + 2 * c[4] * x.x + c[7] * x.y + c[9] * x.z,
+                       c[2] + 2 * c[5] * x.y + c[7] * x.x + c[8] * x.z,
+                       c[3] + 2 * c[6] * x.z + c[8] * x.y + c[9] * x.x};
+  return {c[0] + dot(gradient + Vec3d{c[1], c[2], c[3]}, x) / 2, gradient};
+}
+
 double noise_of(std::vector<float> residual) {
   std::erase_if(residual, [](float value) { return !(value > 0); });
   if (residual.empty()) return kLeastNoise;

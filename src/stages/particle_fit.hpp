@@ -37,6 +37,15 @@ struct ParticleFits {
   std::size_t size() const { return position.size(); }
 };
 
+/// A quadric's value and gradient.
+struct QuadricLevel {
+  double value;
+  Vec3d gradient;
+};
+/// At a place, from where the quadric is around. With its second derivatives, which are the same
+/// everywhere, the quadric around that place.
+QuadricLevel level_at(const std::array<float, 10>& quadric, const Vec3d& place);
+
 /// Over which fits residuals are averaged, particle radii.
 inline constexpr float kResidualReach = 6;
 
