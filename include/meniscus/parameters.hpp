@@ -68,7 +68,7 @@ struct RegionParams {
   double reference = 2.4;         // radius of the footprint whose front is the reference depth
   double contour_density = 0.14;  // the surface ends where the particle density falls below this
   double blob_density = 0.229;    // level of the density field that draws splash
-  double interpolation = 0.16;    // samples between others whose points lie this near each other's
+  double interpolation = 0.24;    // samples between others whose points lie this near each other's
                                   // planes are interpolated where these agree about their depth;
                                   // 0: every sample is evaluated
   double sigma_s = 2;             // method paper: Eq. 4, cells

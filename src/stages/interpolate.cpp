@@ -7,8 +7,14 @@
 namespace meniscus {
 namespace {
 
-// Within cells up to this side, in radii of the smallest particle, normals may turn farther.
+// Within cells up to this side, in radii of the smallest particle, normals may turn farther: 41
+// degrees instead of 35.
 constexpr double kFineCell = 2.0 / 3;
+constexpr float kAgreeing = 0.82f, kAgreeingFine = 0.75f;  // cosines
+
+// By how much depths of the corners' planes may differ, as a part of the tolerance: this over the
+// cell's side, kMostSpread at most.
+constexpr double kSpread = 0.8, kMostSpread = 2;
 
 }  // namespace
 
@@ -28,16 +34,17 @@ LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<
   const double side = 2 * every * static_cast<double>(grid.step) / least_radius;
   // Padded to whole tiles of samples, and to what a work-item takes.
   const auto padded = [](int n) { return (n + 7) / 8 * 8; };
-  const records::LatticeCells cells{nx,
-                                    ny,
-                                    padded(nx),
-                                    padded(ny),
-                                    every,
-                                    static_cast<float>(tolerance),
-                                    side <= kFineCell ? 0.85f : 0.9f,
-                                    static_cast<float>(std::min(0.5 / side, 1.25) * tolerance),
-                                    side <= kWidestCell,
-                                    !view.orthographic};
+  const records::LatticeCells cells{
+      nx,
+      ny,
+      padded(nx),
+      padded(ny),
+      every,
+      static_cast<float>(tolerance),
+      side <= kFineCell ? kAgreeingFine : kAgreeing,
+      static_cast<float>(std::min(kSpread / side, kMostSpread) * tolerance),
+      side <= kWidestCell,
+      !view.orthographic};
   records::Screen asked = screen_of(view, grid);
   asked.step *= static_cast<float>(every);
   const Range padded_range{static_cast<std::size_t>(cells.stride / width),

@@ -73,14 +73,14 @@ void run(Device& device, const View& view, const SampleGrid& grid, int every, bo
     if (map.depth[s] < kNoSurface) map.group[s] = static_cast<cl_int>(s);
   const SurfaceBuffers surface = upload(device, map);
   // docs/method.md: four samples at most 4/3 radii apart that show nothing have nothing between
-  // them; normals turn by 26 degrees, by 32 in cells up to 2/3; depths differ by up to half of the
-  // tolerance over the cell's side in radii, 1.25 of it at most.
+  // them; normals turn by 35 degrees, by 41 in cells up to 2/3; depths differ by up to .8 of the
+  // tolerance over the cell's side in radii, twice the tolerance at most.
   const double radius = 2 * every * grid.step / (trust_empty ? 1.3 : 0.6 + every);
   const double side = 2 * every * grid.step / radius;
   reference::InterpolateParams params;
   params.tolerance = tolerance;
-  params.agreeing = side <= 2.0 / 3 ? 0.85 : 0.9;
-  params.spread = std::min(0.5 / side, 1.25) * tolerance;
+  params.agreeing = side <= 2.0 / 3 ? 0.75 : 0.82;
+  params.spread = std::min(0.8 / side, 2.0) * tolerance;
   params.trust_empty = side <= 4.0 / 3;
   const Buffer<float> open = upload(device, lattice.open);
   const LayerSamples lists = interpolate_samples(
