@@ -50,15 +50,6 @@ struct Face {
   bool enters;                       // it faces the eye
 };
 
-// The outward normals of a triangle, world axes: its own, and the mean of its corners', which is
-// linear on the screen but for its length.
-struct FaceNormals {
-  int column, row;  // the face's first ones
-  Vec3d flat;
-  Vec3d first;              // at the first column and row
-  Vec3d by_column, by_row;  // by which it changes
-};
-
 // The mesh on the screen.
 struct ScreenMesh {
   std::vector<ScreenCorner> corner;  // [vertices]
@@ -101,25 +92,21 @@ std::array<int, 2> pixels_between(std::int64_t a, std::int64_t b, std::int64_t c
   return {centres_before(std::min({a, b, c})), centres_before(std::max({a, b, c}) + 1)};
 }
 
-FaceNormals normals_of(const View& view, const DualMesh& mesh, const ScreenMesh& screen,
-                       const Face& face) {
+// The outward normals at a triangle's corners, world axes, by which its sides are multiplied: their
+// sum is linear on the screen but for its length, which means nothing. It is about as many pixels
+// as the triangle has, over its depth, so that its square is a float in any unit of length.
+std::array<Vec3d, 3> normals_of(const View& view, const DualMesh& mesh, const Face& face,
+                                const FaceCorners& corner) {
+  const double unit = (std::abs(view.w_row[2]) + std::abs(view.w_row[3])) *
+                      (1.0 / (kSubpixels * kSubpixels));  // of w, per pixel
   const auto& [a, b, c] = face.corner;
   const Vec3d& from = mesh.position[a];
-  FaceNormals normals;
-  normals.column = face.columns[0];
-  normals.row = face.rows[0];
-  normals.flat =
+  const Vec3d flat =
       normalized(world_direction(view, cross(mesh.position[b] - from, mesh.position[c] - from)));
-  const FaceCorners corner = corners_of(screen, face.corner);
-  const Sides sides = sides_of(corner, centre_of(face.columns[0]), centre_of(face.rows[0]));
+  std::array<Vec3d, 3> normals;
   for (std::size_t k = 0; k < 3; ++k) {
-    const ScreenCorner &own = *corner[k], &next = *corner[(k + 1) % 3],
-                       &last = *corner[(k + 2) % 3];
-    const bool crease = dot(own.normal, normals.flat) < kCreaseNormals;
-    const Vec3d normal = (crease ? normals.flat : own.normal) * own.inverse_w;
-    normals.first += normal * static_cast<double>(sides[k]);
-    normals.by_column += normal * static_cast<double>((next.v - last.v) * kSubpixels);
-    normals.by_row += normal * static_cast<double>((last.u - next.u) * kSubpixels);
+    const bool crease = dot(corner[k]->normal, flat) < kCreaseNormals;
+    normals[k] = (crease ? flat : corner[k]->normal) * (corner[k]->inverse_w * unit);
   }
   return normals;
 }
@@ -168,6 +155,7 @@ struct Crossing {
   float depth;          // world units
   std::uint32_t face;   // of the band
   std::int32_t enters;  // 1, or -1 where the ray leaves
+  Vec3 normal;          // the mesh's where it leaves, world axes; not of unit length
 
   bool operator<(const Crossing& other) const {
     if (depth != other.depth) return depth < other.depth;
@@ -192,23 +180,21 @@ class BandCrossings {
                 const std::vector<float>& front, float least_air)
       : view_(view), mesh_(mesh), screen_(screen), front_(front), least_air_(least_air) {}
 
-  // Forgets all, for the rows `first` and up to before `behind`, which have so many faces.
-  void begin(int first, int behind, std::size_t faces) {
+  // Forgets all, for the rows `first` and up to before `behind`.
+  void begin(int first, int behind) {
     first_ = first;
     behind_ = behind;
     const auto rows = static_cast<std::size_t>(behind - first);
     head_.assign(rows * static_cast<std::size_t>(view_.width), kEnd);
     if (links_.size() < head_.size()) links_.resize(head_.size());
     used_ = 0;
-    normals_.resize(faces);
   }
 
   // The rows of a face that lie in the band, which is the band's `number`-th. Its depth is a
-  // quotient of two numbers that are linear on the screen. An entry that is less than `least_air`
-  // behind the front tells nothing: the first body begins at the front, and air between both would
-  // be none.
+  // quotient of two numbers that are linear on the screen, as its normal is. An entry that is less
+  // than `least_air` behind the front tells nothing: the first body begins at the front, and air
+  // between both would be none.
   void draw(const Face& face, std::uint32_t number) {
-    const std::uint32_t before = used_;
     const FaceCorners corner = corners_of(screen_, face.corner);
     Sides to_right, down, least;            // of sides: by a column, by a row; on the inside
     std::array<double, 3> above, below;     // of the depth, by the side
@@ -223,7 +209,11 @@ class BandCrossings {
       above_step += static_cast<double>(to_right[k]) * above[k];
       below_step += static_cast<double>(to_right[k]) * below[k];
     }
-    const Crossing crossing{0, number, face.enters ? 1 : -1};
+    std::array<Vec3d, 3> normals{};  // by the side
+    if (!face.enters) normals = normals_of(view_, mesh_, face, corner);
+    Vec3d normal_step;
+    for (std::size_t k = 0; k < 3; ++k)
+      normal_step += normals[k] * static_cast<double>(to_right[k]);
     const float nearest = face.enters ? least_air_ : 0;
     const int top = std::max(first_, face.rows[0]), end = std::min(behind_, face.rows[1]);
     Sides left = sides_of(corner, centre_of(face.columns[0]), centre_of(top));
@@ -235,22 +225,21 @@ class BandCrossings {
       for (; column < face.columns[1] && !is_inside(beyond); ++column) step(beyond, to_right);
       if (column == face.columns[1]) continue;
       Line above_line{0, above_step}, below_line{0, below_step};
+      Vec3d normal;
       for (std::size_t k = 0; k < 3; ++k) {
         const auto at = static_cast<double>(beyond[k] + least[k]);
         above_line.at += at * above[k];
         below_line.at += at * below[k];
+        normal += normals[k] * at;
       }
       const std::size_t pixel =
           static_cast<std::size_t>(row) * static_cast<std::size_t>(view_.width) +
           static_cast<std::size_t>(column);
       add_row(pixel, static_cast<std::size_t>(face.columns[1] - column), beyond, to_right,
-              above_line, below_line, nearest, crossing);
+              above_line, below_line, static_cast<Vec3>(normal), static_cast<Vec3>(normal_step),
+              nearest, number, face.enters ? 1 : -1);
     }
-    if (used_ > before && !face.enters) normals_[number] = normals_of(view_, mesh_, screen_, face);
   }
-
-  // Of a face through which rays leave.
-  const FaceNormals& normals(std::uint32_t face) const { return normals_[face]; }
 
   std::size_t first_pixel() const {
     return static_cast<std::size_t>(first_) * static_cast<std::size_t>(view_.width);
@@ -288,18 +277,26 @@ class BandCrossings {
   // Adds the crossings of a face at up to n pixels of a row, as long as they lie in it, at depths
   // top / bottom, where these are more than `nearest` behind the front.
   void add_row(std::size_t pixel, std::size_t n, Sides beyond, const Sides& to_right, Line top,
-               Line bottom, float nearest, Crossing crossing) {
+               Line bottom, const Vec3& normal, const Vec3& normal_step, float nearest,
+               std::uint32_t face, std::int32_t enters) {
     if (links_.size() < used_ + n) links_.resize(2 * (used_ + n));
     const float* const front = &front_[pixel];
     std::uint32_t* const head = &head_[pixel - first_pixel()];
     Link* const links = links_.data();
     std::uint32_t used = used_;
     for (std::size_t k = 0; k < n && is_inside(beyond); ++k, step(beyond, to_right)) {
-      crossing.depth = static_cast<float>(top.at / bottom.at);
+      const auto depth = static_cast<float>(top.at / bottom.at);
       top.at += top.step;
       bottom.at += bottom.step;
-      if (!(crossing.depth > front[k] + nearest)) continue;
-      links[used] = {crossing, head[k]};
+      if (!(depth > front[k] + nearest)) continue;
+      const auto steps = static_cast<float>(k);
+      Link& link = links[used];
+      link.crossing.depth = depth;
+      link.crossing.face = face;
+      link.crossing.enters = enters;
+      link.crossing.normal = {normal.x + steps * normal_step.x, normal.y + steps * normal_step.y,
+                              normal.z + steps * normal_step.z};
+      link.next = head[k];
       head[k] = used++;
     }
     used_ = used;
@@ -313,23 +310,12 @@ class BandCrossings {
   int first_ = 0, behind_ = 0;
   std::vector<std::uint32_t> head_;  // [pixels] of the band
   std::vector<Link> links_;
-  std::uint32_t used_ = 0;            // links
-  std::vector<FaceNormals> normals_;  // [faces] of those through which rays leave
+  std::uint32_t used_ = 0;  // links
 };
 
-// The mesh's normal where a ray leaves it through a face, world axes.
-Vec3d normal_at(const FaceNormals& normals, int column, int row) {
-  return normalized(normals.first +
-                        normals.by_column * static_cast<double>(column - normals.column) +
-                        normals.by_row * static_cast<double>(row - normals.row),
-                    normals.flat);
-}
-
-constexpr std::uint32_t kNoFace = ~0u;
-
 struct Interval {
-  float from, to;         // depths, world units
-  std::uint32_t leaving;  // through which face; kNoFace: a film's end
+  float from, to;           // depths, world units
+  const Crossing* leaving;  // its end; none: a film's
 };
 
 // The bodies along one ray behind its front, from its crossings there in order; air of less depth
@@ -348,9 +334,9 @@ void list_intervals(const std::vector<Crossing>& crossings, float least_air,
     if (before <= 0 && within > 0) from = c.depth;
     if (before <= 0 || within > 0) continue;
     if (!bodies.empty() && from - bodies.back().to < least_air)
-      bodies.back() = {bodies.back().from, c.depth, c.face};
+      bodies.back() = {bodies.back().from, c.depth, &c};
     else
-      bodies.push_back({from, c.depth, c.face});
+      bodies.push_back({from, c.depth, &c});
   }
 }
 
@@ -361,7 +347,6 @@ float next_above(float depth) {
 
 struct Tracer {
   const View& view;
-  const BandCrossings& band;
   Layers& layers;  // whose first entries are the front
 
   // Writes what is kept of one ray. `bodies` is room to work in.
@@ -376,7 +361,7 @@ struct Tracer {
       bodies.erase(bodies.begin());
     if (bodies.empty() || bodies[0].from > meets_front)
       bodies.insert(bodies.begin(),
-                    {first, static_cast<float>(first + kFilm * depth_of_radius), kNoFace});
+                    {first, static_cast<float>(first + kFilm * depth_of_radius), nullptr});
     bodies[0] = {first, std::max(bodies[0].to, next_above(first)), bodies[0].leaving};
     double thickness = 0;
     std::uint32_t count = 0;
@@ -388,7 +373,11 @@ struct Tracer {
       thickness += (double{body.to} - double{from}) * stretch;
       last = body.to;
     }
-    put_first(column, row, pixel, bodies[0].leaving);
+    if (bodies[0].leaving)
+      put_normal(pixel, bodies[0].leaving->normal);
+    else
+      layers.back_normal[pixel] = static_cast<Vec3>(
+          world_direction(view, normalized(ray_direction(view, column + 0.5, row + 0.5))));
     layers.count[pixel] = count;
     layers.thickness[pixel] = static_cast<float>(thickness);
   }
@@ -398,7 +387,7 @@ struct Tracer {
   void write(int column, int row, std::size_t pixel, const Crossing& exit) const {
     const float from = layers.entry[pixel];
     layers.exit[pixel] = exit.depth;
-    put_first(column, row, pixel, exit.face);
+    put_normal(pixel, exit.normal);
     layers.count[pixel] = 1;
     layers.thickness[pixel] =
         static_cast<float>((double{exit.depth} - double{from}) * stretch_of(column, row));
@@ -417,14 +406,30 @@ struct Tracer {
     layers.exit[at] = to;
   }
 
-  // The normal where the first body ends.
-  void put_first(int column, int row, std::size_t pixel, std::uint32_t leaving) const {
-    layers.back_normal[pixel] = static_cast<Vec3>(
-        leaving != kNoFace
-            ? normal_at(band.normals(leaving), column, row)
-            : world_direction(view, normalized(ray_direction(view, column + 0.5, row + 0.5))));
+  // The normal where the first body ends, made a unit one.
+  void put_normal(std::size_t pixel, const Vec3& n) const {
+    const float size = 1 / std::sqrt(n.x * n.x + n.y * n.y + n.z * n.z);
+    layers.back_normal[pixel] = {n.x * size, n.y * size, n.z * size};
   }
 };
+
+// Calls visit(column, pixel) for the pixels of a row that have a front. Those without one, which
+// are many, are passed over several at a time.
+template <class Visit>
+void each_shown(const float* front, int row, int width, const Visit& visit) {
+  constexpr int kAtATime = 32;
+  const std::size_t pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
+  for (int begin = 0; begin < width; begin += kAtATime) {
+    const int end = std::min(begin + kAtATime, width);
+    int any = 0;
+    for (int column = begin; column < end; ++column)
+      any |= front[pixel + static_cast<std::size_t>(column)] < kNoSurface;
+    if (any == 0) continue;
+    for (int column = begin; column < end; ++column)
+      if (front[pixel + static_cast<std::size_t>(column)] < kNoSurface)
+        visit(column, pixel + static_cast<std::size_t>(column));
+  }
+}
 
 // How much longer the way along a ray is than its depth, at most: at a corner of the image.
 double most_stretch(const View& view) {
@@ -451,27 +456,25 @@ Layers trace_layers(const View& view, const DualMesh& mesh, std::vector<float> f
   const auto least_air = static_cast<float>(kThinnest * view.radius / most_stretch(view));
   parallel_for(screen.of_band.size(), 1, [&](std::size_t begin, std::size_t end) {
     BandCrossings band(view, mesh, screen, layers.entry, least_air);
-    const Tracer tracer{view, band, layers};
+    const Tracer tracer{view, layers};
     std::vector<Crossing> crossings;
     std::vector<Interval> bodies;
     for (std::size_t k = begin; k < end; ++k) {
       const int first = static_cast<int>(k) * kRowsDrawn,
                 behind = std::min(first + kRowsDrawn, view.height);
       const std::vector<std::uint32_t>& faces = screen.of_band[k];
-      band.begin(first, behind, faces.size());
+      band.begin(first, behind);
       for (std::uint32_t number = 0; number < faces.size(); ++number)
         band.draw(screen.face[faces[number]], number);
-      std::size_t pixel = band.first_pixel();
       for (int row = first; row < behind; ++row)
-        for (int column = 0; column < view.width; ++column, ++pixel) {
-          if (!(layers.entry[pixel] < kNoSurface)) continue;
+        each_shown(layers.entry.data(), row, view.width, [&](int column, std::size_t pixel) {
           if (const Crossing* const exit = band.only_exit(pixel)) {
             tracer.write(column, row, pixel, *exit);
-            continue;
+            return;
           }
           band.list(pixel, crossings);
           tracer.write(column, row, pixel, crossings, bodies);
-        }
+        });
     }
   });
   return layers;
