@@ -200,10 +200,11 @@ void join_fits(ParticleFits& fits, const ParticleFits& more) {
   fits.visible.assign(fits.size(), 1);
 }
 
-// The crossings that are not the front itself.
+// The crossings that are not the front itself. Those that are get their normals.
 std::vector<std::uint32_t> list_hidden(const View& view, const std::vector<float>& front,
-                                       const CrossedEdges& edges) {
+                                       const SpaceGrid& grid, CrossedEdges& edges) {
   std::vector<std::uint32_t> hidden;
+  hidden.reserve(edges.size());
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const Vec3d& at = edges.position[e];
     const PixelPosition p = project(view, at);
@@ -211,10 +212,11 @@ std::vector<std::uint32_t> list_hidden(const View& view, const std::vector<float
       const std::size_t pixel =
           static_cast<std::size_t>(p.v) * static_cast<std::size_t>(view.width) +
           static_cast<std::size_t>(p.u);
-      const Vec3d along = ray_direction(view, p.u, p.v);
-      if (-at.z < front[pixel] / view.radius + kBehindFront && front[pixel] < kNoSurface &&
-          dot(along, edges.normal[e]) < -kFacing * length(along))
-        continue;
+      if (-at.z < front[pixel] / view.radius + kBehindFront && front[pixel] < kNoSurface) {
+        const Vec3d along = ray_direction(view, p.u, p.v);
+        edges.normal[e] = guess_normal(grid, edges, e);
+        if (dot(along, edges.normal[e]) < -kFacing * length(along)) continue;
+      }
     }
     hidden.push_back(static_cast<std::uint32_t>(e));
   }
@@ -246,7 +248,7 @@ DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>&
   CrossedEdges edges = list_crossings(grid);
   guess_crossings(grid, edges);
   const std::vector<std::uint32_t> asked =
-      of_same_cells(grid, edges, list_hidden(view, front, edges));
+      of_same_cells(grid, edges, list_hidden(view, front, grid, edges));
   measure_crossings(device, function, asked, edges);
   clock.start("mesh");
   DualMesh mesh = place_vertices(grid, edges, asked, kPlacing);

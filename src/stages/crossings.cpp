@@ -53,17 +53,23 @@ Vec3d slope_at(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e) 
   return {slope[0], slope[1], slope[2]};
 }
 
-// Calls visit(lowest corner) for each of the cells around an edge. They begin at its lower end and
-// up to one back along the other axes.
-template <class Visit>
-void each_cell_around(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e,
-                      const Visit& visit) {
-  const int axis = edges.axis[e], b = (axis + 1) % 3, c = (axis + 2) % 3;
-  for (int q = 0; q < 4; ++q) {
-    std::array<int, 3> at = place_in_block(edges.bit[e]);
-    at[b] -= q & 1;
-    at[c] -= q >> 1;
-    visit(corner_at(grid, static_cast<std::size_t>(edges.block[e]), at[0], at[1], at[2]));
+// Masks of corners, by block.
+using CornerMasks = std::vector<std::uint64_t>;
+
+// Adds to each corner what the next one along an axis has, or the one before it.
+void add_next(const SpaceGrid& grid, int axis, CornerMasks& masks) {
+  const CornerMasks own = masks;
+  for (std::size_t b = 0; b < masks.size(); ++b) {
+    const std::int32_t next = next_block(grid, b, axis);
+    masks[b] |= of_next(own[b], next == kNoBlock ? 0 : own[static_cast<std::size_t>(next)], axis);
+  }
+}
+void add_before(const SpaceGrid& grid, int axis, CornerMasks& masks) {
+  const CornerMasks own = masks;
+  for (std::size_t b = 0; b < masks.size(); ++b) {
+    const std::int32_t before = block_before(grid, b, axis);
+    masks[b] |=
+        of_before(own[b], before == kNoBlock ? 0 : own[static_cast<std::size_t>(before)], axis);
   }
 }
 
@@ -135,34 +141,46 @@ void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges) {
       const auto [lower, upper] = ends_of(grid, edges, e);
       const double low = value_at(grid, lower), high = value_at(grid, upper);
       put_crossing(grid, e, low / (low - high), edges);
-      edges.normal[e] = normalized(slope_at(grid, edges, e));
       edges.value[e] = 0;
     }
   });
 }
 
+Vec3d guess_normal(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e) {
+  return normalized(slope_at(grid, edges, e));
+}
+
+// The cells around an edge begin at its lower end and up to one back along the other axes.
 std::vector<std::uint64_t> cells_of(const SpaceGrid& grid, const CrossedEdges& edges,
                                     const std::vector<std::uint32_t>& some) {
-  std::vector<std::uint64_t> cells(grid.blocks.size(), 0);
+  std::array<CornerMasks, 3> along;
+  along.fill(CornerMasks(grid.blocks.size(), 0));
   for (const std::uint32_t e : some)
-    each_cell_around(grid, edges, e, [&](const Corner& lowest) {
-      if (lowest.block != kNoBlock)
-        cells[static_cast<std::size_t>(lowest.block)] |= std::uint64_t{1} << lowest.bit;
-    });
+    along[edges.axis[e]][static_cast<std::size_t>(edges.block[e])] |= std::uint64_t{1}
+                                                                      << edges.bit[e];
+  CornerMasks cells(grid.blocks.size(), 0);
+  for (int axis = 0; axis < 3; ++axis) {
+    CornerMasks& masks = along[static_cast<std::size_t>(axis)];
+    add_next(grid, (axis + 1) % 3, masks);
+    add_next(grid, (axis + 2) % 3, masks);
+    for (std::size_t b = 0; b < cells.size(); ++b) cells[b] |= masks[b];
+  }
   return cells;
 }
 
 std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdges& edges,
                                          const std::vector<std::uint32_t>& some) {
-  const std::vector<std::uint64_t> cells = cells_of(grid, edges, some);
-  std::vector<std::uint32_t> all;
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    bool any = false;
-    each_cell_around(grid, edges, e, [&](const Corner& lowest) {
-      any |= (cells[static_cast<std::size_t>(lowest.block)] >> lowest.bit & 1) != 0;
-    });
-    if (any) all.push_back(static_cast<std::uint32_t>(e));
+  std::array<CornerMasks, 3> along;
+  along.fill(cells_of(grid, edges, some));
+  for (int axis = 0; axis < 3; ++axis) {
+    add_before(grid, (axis + 1) % 3, along[static_cast<std::size_t>(axis)]);
+    add_before(grid, (axis + 2) % 3, along[static_cast<std::size_t>(axis)]);
   }
+  std::vector<std::uint32_t> all;
+  all.reserve(edges.size());
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    if ((along[edges.axis[e]][static_cast<std::size_t>(edges.block[e])] >> edges.bit[e] & 1) != 0)
+      all.push_back(static_cast<std::uint32_t>(e));
   return all;
 }
 

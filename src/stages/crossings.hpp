@@ -32,9 +32,11 @@ struct CrossedEdges {
 /// Throws InvalidArgument where there are more than the program can hold.
 CrossedEdges list_crossings(const SpaceGrid& grid);
 
-/// Where they cross the surface if F is linear along them, and outward along the edge as the
-/// normal.
+/// Where they cross the surface if F is linear along them. Normals are not said.
 void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges);
+
+/// The outward normal at a crossing, by F at the corners around its edge.
+Vec3d guess_normal(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e);
 
 /// The cells around some of the crossings: masks of their lowest corners, by block.
 std::vector<std::uint64_t> cells_of(const SpaceGrid& grid, const CrossedEdges& edges,

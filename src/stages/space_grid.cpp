@@ -73,16 +73,9 @@ void add_blocks(SpaceGrid& grid, std::vector<std::uint64_t> keys) {
                                 grouped(static_cast<std::int64_t>(kMostBlocks * 64)) +
                                 " corners of cells");
   const std::size_t first = grid.blocks.size();
+  grid.blocks.reserve(first + keys.size());
   for (const std::uint64_t key : keys) grid.blocks.push_back({.at = place_of(key)});
   find_around(grid, first);
-}
-
-// The mask of a block, moved so that each corner has the bit of the next one along an axis. Those
-// of the last layer have that of the next block's first layer.
-std::uint64_t of_next(std::uint64_t own, std::uint64_t next_block, int axis) {
-  if (axis == 0) return (own >> 1 & 0x7777777777777777u) | (next_block & 0x1111111111111111u) << 3;
-  if (axis == 1) return (own >> 4 & 0x0fff0fff0fff0fffu) | (next_block & 0x000f000f000f000fu) << 12;
-  return own >> 16 | next_block << 48;
 }
 
 // Corners of a block and of those around it, as in SpaceGrid::around.
@@ -113,109 +106,109 @@ constexpr auto kCornersAround = [] {
   return all;
 }();
 
-// The blocks with a corner that may lie within `reach` of a point: from the first to the last one
-// along each axis. Block b has the corners side b .. side (b + 1) - cell.
-struct BlockRange {
+// floor(), which without SSE 4.1 is a call.
+std::int64_t floor_of(double value) {
+  const auto cut = static_cast<std::int64_t>(value);
+  return cut - (value < static_cast<double>(cut) ? 1 : 0);
+}
+
+// The corners that may lie within `reach` of a point: from the first to the last one along each
+// axis.
+struct CornerRange {
   std::array<std::int64_t, 3> first, last;
+
+  CornerRange(const std::array<double, 3>& point, double reach, double cell) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      first[axis] = -floor_of(-((point[axis] - reach) / cell));
+      last[axis] = floor_of((point[axis] + reach) / cell);
+    }
+  }
 };
 
-BlockRange blocks_around(const Points& points, std::size_t p, double reach, double cell) {
-  BlockRange range;
-  const std::array<float, 3> at{points.x[p], points.y[p], points.z[p]};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double first = std::ceil((at[axis] - reach) / cell);
-    const double last = std::floor((at[axis] + reach) / cell);
-    range.first[axis] = static_cast<std::int64_t>(std::floor(first / kBlockSide));
-    range.last[axis] = static_cast<std::int64_t>(std::floor(last / kBlockSide));
-  }
-  return range;
-}
+std::int64_t block_of(std::int64_t corner) { return corner >> 2; }
+static_assert(kBlockSide == 1 << 2);
 
-// Calls visit(i, j, k) for each of them.
-template <class Visit>
-void each_block(const BlockRange& range, Visit&& visit) {
-  for (std::int64_t k = range.first[2]; k <= range.last[2]; ++k)
-    for (std::int64_t j = range.first[1]; j <= range.last[1]; ++j)
-      for (std::int64_t i = range.first[0]; i <= range.last[0]; ++i) visit(i, j, k);
-}
-
-std::uint64_t key_at(std::int64_t i, std::int64_t j, std::int64_t k) {
-  return key_of(
-      {static_cast<std::int32_t>(i), static_cast<std::int32_t>(j), static_cast<std::int32_t>(k)});
-}
-
-// The keys of the blocks around all points, in no order, and some of them several times.
-std::vector<std::uint64_t> blocks_near(const Points& points, double reach, double cell) {
-  std::mutex joining;
-  std::vector<std::uint64_t> keys;
-  std::atomic<bool> too_far{false};
-  parallel_for(points.size(), kPointGrain, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::uint64_t> own;
-    KeyTable seen;
-    for (std::size_t p = begin; p < end; ++p) {
-      const BlockRange range = blocks_around(points, p, reach, cell);
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        if (range.first[axis] < -kFarthestBlock || range.last[axis] > kFarthestBlock)
-          too_far = true;
-      if (too_far) return;
-      each_block(range, [&](std::int64_t i, std::int64_t j, std::int64_t k) {
-        const std::uint64_t key = key_at(i, j, k);
-        if (seen.add(key) == own.size()) own.push_back(key);
-      });
-    }
-    const std::scoped_lock lock(joining);
-    keys.insert(keys.end(), own.begin(), own.end());
-  });
-  if (too_far)
-    refuse_cells(cell, "the particles span more than " + grouped(8 * kFarthestBlock) + " cells");
-  return keys;
-}
-
-// The corners of block (i, j, k) within `reach` of a point.
-std::uint64_t corners_near(const Vec3d& point, double reach, double cell, std::int64_t i,
-                           std::int64_t j, std::int64_t k) {
-  // Squared distances along each axis of the block's four planes.
+// The corners of block `at` within `reach` of a point, around which they lie in `range`.
+std::uint64_t corners_near(const std::array<double, 3>& point, const CornerRange& range,
+                           double reach, double cell, const std::array<std::int64_t, 3>& at) {
   const double side = kBlockSide * cell, squared = reach * reach;
-  double apart[3][kBlockSide];
-  for (int c = 0; c < kBlockSide; ++c) {
-    const auto square = [](double v) { return v * v; };
-    apart[0][c] = square(side * static_cast<double>(i) + cell * c - point.x);
-    apart[1][c] = square(side * static_cast<double>(j) + cell * c - point.y);
-    apart[2][c] = square(side * static_cast<double>(k) + cell * c - point.z);
+  std::array<int, 3> first, last;
+  double apart[3][kBlockSide];  // squared distances along each axis of the block's planes
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t origin = kBlockSide * at[axis];
+    first[axis] = static_cast<int>(std::max<std::int64_t>(range.first[axis] - origin, 0));
+    last[axis] =
+        static_cast<int>(std::min<std::int64_t>(range.last[axis] - origin, kBlockSide - 1));
+    for (int c = first[axis]; c <= last[axis]; ++c) {
+      const double along = side * static_cast<double>(at[axis]) + cell * c - point[axis];
+      apart[axis][c] = along * along;
+    }
   }
   std::uint64_t near = 0;
-  for (int row = 0; row < kBlockSide * kBlockSide; ++row) {
-    const double y2 = apart[1][row & 3], z2 = apart[2][row >> 2];
-    if (y2 + z2 > squared) continue;
-    for (int c = 0; c < kBlockSide; ++c)
-      near |= std::uint64_t{apart[0][c] + y2 + z2 <= squared} << (kBlockSide * row + c);
-  }
+  for (int z = first[2]; z <= last[2]; ++z)
+    for (int y = first[1]; y <= last[1]; ++y) {
+      const double y2 = apart[1][y], z2 = apart[2][z];
+      for (int x = first[0]; x <= last[0]; ++x)
+        near |= std::uint64_t{apart[0][x] + y2 + z2 <= squared} << (x + 4 * y + 16 * z);
+    }
   return near;
 }
 
-// Wants the corners within `reach` of the points, whose blocks are all there.
-void want_near(SpaceGrid& grid, const Points& points, double reach) {
-  const KeyTable numbers = numbers_of(grid.blocks);
+// Some corners of a block: its key, and their mask.
+using BlockCorners = std::pair<std::uint64_t, std::uint64_t>;
+
+// The corners within `reach` of the points, in no order, and some of the blocks several times.
+std::vector<BlockCorners> near_corners(const Points& points, double reach, double cell) {
+  std::mutex joining;
+  std::vector<BlockCorners> all;
+  std::atomic<bool> too_far{false};
   parallel_for(points.size(), kPointGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p)
-      each_block(blocks_around(points, p, reach, grid.cell), [&](std::int64_t i, std::int64_t j,
-                                                                 std::int64_t k) {
-        const auto block = static_cast<std::size_t>(find_block(numbers, key_at(i, j, k)));
-        const std::uint64_t near =
-            corners_near({points.x[p], points.y[p], points.z[p]}, reach, grid.cell, i, j, k);
-        std::atomic_ref<std::uint64_t>(grid.blocks[block].wanted)
-            .fetch_or(near, std::memory_order_relaxed);
-      });
+    std::vector<BlockCorners> own;
+    KeyTable seen;
+    for (std::size_t p = begin; p < end; ++p) {
+      const std::array<double, 3> point{points.x[p], points.y[p], points.z[p]};
+      const CornerRange range(point, reach, cell);
+      std::array<std::int64_t, 3> first, last;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        first[axis] = block_of(range.first[axis]);
+        last[axis] = block_of(range.last[axis]);
+        if (first[axis] < -kFarthestBlock || last[axis] > kFarthestBlock) too_far = true;
+      }
+      if (too_far) return;
+      for (std::int64_t k = first[2]; k <= last[2]; ++k)
+        for (std::int64_t j = first[1]; j <= last[1]; ++j)
+          for (std::int64_t i = first[0]; i <= last[0]; ++i) {
+            const std::uint64_t key =
+                key_of({static_cast<std::int32_t>(i), static_cast<std::int32_t>(j),
+                        static_cast<std::int32_t>(k)});
+            const std::uint32_t number = seen.add(key);
+            if (number == own.size()) own.emplace_back(key, 0);
+            own[number].second |= corners_near(point, range, reach, cell, {i, j, k});
+          }
+    }
+    const std::scoped_lock lock(joining);
+    all.insert(all.end(), own.begin(), own.end());
   });
+  if (too_far)
+    refuse_cells(cell, "the particles span more than " + grouped(8 * kFarthestBlock) + " cells");
+  return all;
 }
 
-// Corners whose block is not there: its key, and their mask.
-using MissingCorners = std::pair<std::uint64_t, std::uint64_t>;
+// Wants corners of blocks, which are added where they are not there.
+void want_blocks(SpaceGrid& grid, const std::vector<BlockCorners>& corners) {
+  std::vector<std::uint64_t> keys;
+  keys.reserve(corners.size());
+  for (const auto& [key, mask] : corners) keys.push_back(key);
+  add_blocks(grid, std::move(keys));
+  const KeyTable numbers = numbers_of(grid.blocks);
+  for (const auto& [key, mask] : corners)
+    grid.blocks[static_cast<std::size_t>(find_block(numbers, key))].wanted |= mask;
+}
 
 // Wants those corners of the block around another one that are not known. Returns whether there are
 // any; where the block is not there, adds them to `missing`.
 bool want_corners(SpaceGrid& grid, std::size_t from, std::size_t around, std::uint64_t corners,
-                  std::vector<MissingCorners>& missing) {
+                  std::vector<BlockCorners>& missing) {
   const std::int32_t block = grid.around[from][around];
   if (block != kNoBlock) corners &= ~grid.blocks[static_cast<std::size_t>(block)].known;
   if (corners == 0) return false;
@@ -235,7 +228,7 @@ bool want_corners(SpaceGrid& grid, std::size_t from, std::size_t around, std::ui
 
 // want_corners() of the cells around a block's crossed edges, but for edges that an earlier call
 // has gone through. Returns whether it is true for any of them.
-bool want_cells_around(SpaceGrid& grid, std::size_t block, std::vector<MissingCorners>& missing) {
+bool want_cells_around(SpaceGrid& grid, std::size_t block, std::vector<BlockCorners>& missing) {
   CornersAround corners{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::uint64_t& done = grid.blocks[block].closed[axis];
@@ -260,9 +253,8 @@ void refuse_cells(double cell, const std::string& what) {
 }
 
 std::uint64_t crossed_from(const SpaceGrid& grid, std::size_t block, int axis) {
-  constexpr std::array<std::size_t, 3> kNext{14, 16, 22};  // of `around`
   const CornerBlock& own = grid.blocks[block];
-  const std::int32_t next = grid.around[block][kNext[static_cast<std::size_t>(axis)]];
+  const std::int32_t next = next_block(grid, block, axis);
   const CornerBlock none{};
   const CornerBlock& other = next == kNoBlock ? none : grid.blocks[static_cast<std::size_t>(next)];
   return own.known & of_next(own.known, other.known, axis) &
@@ -309,8 +301,7 @@ SpaceGrid grid_around(const Points& points, double reach, double cell, const Cor
   SpaceGrid grid;
   grid.cell = cell;
   grid.within = within;
-  add_blocks(grid, blocks_near(points, reach, cell));
-  want_near(grid, points, reach);
+  want_blocks(grid, near_corners(points, reach, cell));
   for (CornerBlock& block : grid.blocks) block.wanted &= within.mask_of(block.at);
   return grid;
 }
@@ -342,10 +333,10 @@ void fill_corners(SpaceGrid& grid,
 
 bool want_closed(SpaceGrid& grid) {
   std::mutex joining;
-  std::vector<MissingCorners> missing;
+  std::vector<BlockCorners> missing;
   std::atomic<bool> any{false};
   parallel_for(grid.blocks.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    std::vector<MissingCorners> own;
+    std::vector<BlockCorners> own;
     bool wants = false;
     for (std::size_t b = begin; b < end; ++b) wants |= want_cells_around(grid, b, own);
     if (wants) any = true;
@@ -354,12 +345,7 @@ bool want_closed(SpaceGrid& grid) {
     missing.insert(missing.end(), own.begin(), own.end());
   });
   if (missing.empty()) return any;
-  std::vector<std::uint64_t> keys;
-  for (const auto& [key, mask] : missing) keys.push_back(key);
-  add_blocks(grid, std::move(keys));
-  const KeyTable numbers = numbers_of(grid.blocks);
-  for (const auto& [key, mask] : missing)
-    grid.blocks[static_cast<std::size_t>(find_block(numbers, key))].wanted |= mask;
+  want_blocks(grid, missing);
   return true;
 }
 

@@ -83,6 +83,30 @@ inline float value_at(const SpaceGrid& grid, const Corner& corner) {
       .value[static_cast<std::size_t>(corner.bit)];
 }
 
+/// The block behind a block along an axis, and the one before it; kNoBlock where there is none.
+inline std::int32_t next_block(const SpaceGrid& grid, std::size_t block, int axis) {
+  constexpr std::array<std::size_t, 3> kNext{14, 16, 22};
+  return grid.around[block][kNext[static_cast<std::size_t>(axis)]];
+}
+inline std::int32_t block_before(const SpaceGrid& grid, std::size_t block, int axis) {
+  constexpr std::array<std::size_t, 3> kBefore{12, 10, 4};
+  return grid.around[block][kBefore[static_cast<std::size_t>(axis)]];
+}
+
+/// The mask of a block, moved so that each corner has the bit of the next one along an axis. Those
+/// of the last layer have that of the next block's first layer.
+inline std::uint64_t of_next(std::uint64_t own, std::uint64_t next, int axis) {
+  if (axis == 0) return (own >> 1 & 0x7777777777777777u) | (next & 0x1111111111111111u) << 3;
+  if (axis == 1) return (own >> 4 & 0x0fff0fff0fff0fffu) | (next & 0x000f000f000f000fu) << 12;
+  return own >> 16 | next << 48;
+}
+/// The same of the corner before.
+inline std::uint64_t of_before(std::uint64_t own, std::uint64_t before, int axis) {
+  if (axis == 0) return (own & 0x7777777777777777u) << 1 | (before >> 3 & 0x1111111111111111u);
+  if (axis == 1) return (own & 0x0fff0fff0fff0fffu) << 4 | (before >> 12 & 0x000f000f000f000fu);
+  return own << 16 | before >> 48;
+}
+
 /// The particles that see air: the density at them is below .9, or its slope above .1 (1 / particle
 /// radii). A face has .85 and .25, a single layer .70 and 0.
 ///

@@ -59,14 +59,20 @@ CrossedEdges halved(const SpaceGrid& grid) {
   return edges;
 }
 
+CrossedEdges guessed_crossings(const SpaceGrid& grid) {
+  CrossedEdges edges = list_crossings(grid);
+  guess_crossings(grid, edges);
+  for (std::size_t e = 0; e < edges.size(); ++e) edges.normal[e] = guess_normal(grid, edges, e);
+  return edges;
+}
+
 // F is linear along edges, and its slope is told by the corners around them.
 TEST(SpaceGrid, GuessesTheCrossingsOfAPlane) {
   const Vec3d normal = normalized({0.3, -0.5, 0.8});
   const double offset = dot(normal, {3.1, 3.2, 3.3});
   const SpaceGrid grid =
       grid_of(14, [&](const Vec3d& at) { return static_cast<float>(dot(normal, at) - offset); });
-  CrossedEdges edges = list_crossings(grid);
-  guess_crossings(grid, edges);
+  CrossedEdges edges = guessed_crossings(grid);
   int compared = 0;
   for (std::size_t e = 0; e < edges.size(); ++e) {
     const Vec3d& at = edges.position[e];
@@ -222,8 +228,7 @@ TEST(SpaceGrid, RefusesCellsThatAreTooSmallForIt) {
 TEST(DualMesh, VerticesLeaveTheirCellsAsFarAsTheyMay) {
   const SpaceGrid grid =
       grid_of(14, [](const Vec3d& at) { return static_cast<float>(at.z - 3.2); });
-  CrossedEdges edges = list_crossings(grid);
-  guess_crossings(grid, edges);
+  CrossedEdges edges = guessed_crossings(grid);
   const double off = 0.4;  // the cells end at 3.5
   for (float& value : edges.value) value = static_cast<float>(-off);
   const auto highest = [&](const Placing& placing) {
@@ -249,8 +254,7 @@ TEST(DualMesh, SheetsByMeanAreWhereEigenvectorsPutThem) {
   };
   const SpaceGrid grid =
       grid_of(14, [&](const Vec3d& p) { return static_cast<float>(distance(p)); });
-  CrossedEdges edges = list_crossings(grid);
-  guess_crossings(grid, edges);
+  CrossedEdges edges = guessed_crossings(grid);
   const DualMesh exact = place_vertices(grid, edges, {}),
                  quick = place_vertices(grid, edges, {.sheets_by_mean = true});
   ASSERT_EQ(quick.position.size(), exact.position.size());
