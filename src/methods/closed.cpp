@@ -4,6 +4,7 @@
 // contouring (docs/mesh.md).
 #include "methods/closed.hpp"
 
+#include <numeric>
 #include <utility>
 
 #include "base/parallel.hpp"
@@ -59,9 +60,9 @@ DualMesh mesh_at_once(const Contoured& of) {
   return mesh_grid(of.device, of.function, grid, of.clock);
 }
 
-// The same, box after box. Where corners were wanted too often, all boxes are made anew and not only
-// those in which they were: what is wanted late spreads from box to box, and a box whose neighbours
-// ended too soon does not know what would have come from there.
+// The same, box after box. Where corners were wanted too often, all boxes are made anew and not
+// only those in which they were: what is wanted late spreads from box to box, and a box whose
+// neighbours ended too soon does not know what would have come from there.
 DualMesh mesh_boxes(const Contoured& of, const std::vector<BlockBox>& boxes) {
   for (int around = kRoundsAround;;) {
     std::vector<MeshPart> parts;
@@ -164,7 +165,9 @@ FittedFluid fit_fluid(Device& device, const PlacedFluid& even, const Parameters&
   if (scope.noise) fluid.rough = rough_residuals(device, made);
   fluid.fits = download(device, std::move(made));
   std::vector<double> trust = trust_of(fluid.fits, disorder);
-  distrust_gaps(device, cells, fluid.fits, trust);
+  std::vector<std::uint32_t> all(fluid.fits.size());
+  std::iota(all.begin(), all.end(), 0u);
+  distrust_gaps(device, cells, fluid.fits, all, trust);
   const BlendRecords records =
       make_records(fluid.fits, trust, params.fit, kBlendReach * params.blend.radius);
   fluid.function = make_implicit(device, records, levelled, params, scope.reach);

@@ -200,6 +200,15 @@ void join_fits(ParticleFits& fits, const ParticleFits& more) {
   fits.visible.assign(fits.size(), 1);
 }
 
+// The fits that may lie around gaps: what a camera sees in full has air before it. The front's fits
+// come first, then others.
+std::vector<std::uint32_t> list_unseen(const ParticleFits& front, const ParticleFits& more) {
+  std::vector<std::uint32_t> unseen;
+  for (std::size_t k = 0; k < front.size() + more.size(); ++k)
+    if (k >= front.size() || front.visible[k] < 1) unseen.push_back(static_cast<std::uint32_t>(k));
+  return unseen;
+}
+
 // The crossings that are not the front itself. Those that are get their normals.
 std::vector<std::uint32_t> list_hidden(const View& view, const std::vector<float>& front,
                                        const SpaceGrid& grid, CrossedEdges& edges) {
@@ -276,8 +285,9 @@ Layers find_layers(Device& device, const View& view, KnownFluid known, std::vect
   const ParticleFits more = fit_hidden(device, known, hidden, params);
   clock.start("trust");
   append(known.trust, trust_of(more, params.disorder));
+  const std::vector<std::uint32_t> unseen = list_unseen(known.fits, more);
   join_fits(known.fits, more);
-  distrust_gaps(device, known.cells, known.fits, known.trust);
+  distrust_gaps(device, known.cells, known.fits, unseen, known.trust);
   const double reach = kBlendReach * params.blend.radius;
   BlendRecords records = make_records(known.fits, known.trust, params.fit, reach);
   const TrustedFits faces = faces_beside_bevels(known.fits, known.trust, params.fit.offset);

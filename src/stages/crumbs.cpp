@@ -24,10 +24,14 @@ std::vector<std::uint32_t> pieces_of(const DualMesh& mesh) {
   return lowest;
 }
 
-// [vertices] what each piece encloses, at its lowest vertex; below 0: air.
+// [vertices] what each piece encloses, at its lowest vertex; below 0: air. Open pieces enclose no
+// end.
 std::vector<double> volumes_of(const DualMesh& mesh, const std::vector<std::uint32_t>& piece) {
   std::vector<double> volume(piece.size(), 0.0);
+  for (std::size_t v = 0; v < mesh.open.size(); ++v)
+    if (mesh.open[v]) volume[piece[v]] = std::numeric_limits<double>::infinity();
   for (const auto& t : mesh.triangle) {
+    if (volume[piece[t[0]]] == std::numeric_limits<double>::infinity()) continue;
     const Vec3d& from = mesh.position[piece[t[0]]];  // near by, so that little cancels
     volume[piece[t[0]]] += dot(mesh.position[t[0]] - from,
                                cross(mesh.position[t[1]] - from, mesh.position[t[2]] - from)) /
@@ -41,9 +45,7 @@ std::vector<double> volumes_of(const DualMesh& mesh, const std::vector<std::uint
 std::vector<std::uint32_t> drop_crumbs(DualMesh& mesh, double least_fluid, double least_air) {
   constexpr std::uint32_t kDropped = ~0u;
   const std::vector<std::uint32_t> piece = pieces_of(mesh);
-  std::vector<double> volume = volumes_of(mesh, piece);
-  for (std::size_t v = 0; v < mesh.open.size(); ++v)
-    if (mesh.open[v]) volume[piece[v]] = std::numeric_limits<double>::infinity();
+  const std::vector<double> volume = volumes_of(mesh, piece);
   const auto vertices = static_cast<std::uint32_t>(mesh.position.size());
   std::vector<std::uint32_t> place(vertices, kDropped), kept;
   kept.reserve(vertices);

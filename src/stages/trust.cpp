@@ -74,12 +74,14 @@ std::vector<double> trust_of(const ParticleFits& fits, double disorder) {
 }
 
 void distrust_gaps(Device& device, const DeviceCells& cells, const ParticleFits& fits,
-                   std::vector<double>& trust) {
+                   const std::vector<std::uint32_t>& asked, std::vector<double>& trust) {
   constexpr double kBefore = 1.5;  // particle radii
-  std::vector<Vec3d> before(fits.size());
-  for (std::size_t k = 0; k < fits.size(); ++k) before[k] = fits.foot[k] + fits.normal[k] * kBefore;
+  std::vector<Vec3d> before;
+  before.reserve(asked.size());
+  for (const std::uint32_t k : asked) before.push_back(fits.foot[k] + fits.normal[k] * kBefore);
   const std::vector<float> density = measure_density(device, cells, before);
-  for (std::size_t k = 0; k < fits.size(); ++k) trust[k] *= 1 - smooth_step(0.55, 0.75, density[k]);
+  for (std::size_t a = 0; a < asked.size(); ++a)
+    trust[asked[a]] *= 1 - smooth_step(0.55, 0.75, density[a]);
 }
 
 }  // namespace meniscus
