@@ -40,9 +40,14 @@ struct DualMesh {
   std::vector<std::uint32_t> triangles_of;             // [blocks] how many their edges have
 };
 
-/// How many bits of a mask come before this one.
+/// How many bits of a mask come before this one. (std::popcount() is a call without SSE 4.2.)
 inline std::uint32_t count_before(std::uint64_t mask, int bit) {
-  return static_cast<std::uint32_t>(std::popcount(mask & ((std::uint64_t{1} << bit) - 1)));
+  std::uint64_t sum =
+      mask & ((std::uint64_t{1} << bit) - 1);  // of ever more bits beside each other
+  sum -= sum >> 1 & 0x5555555555555555u;
+  sum = (sum & 0x3333333333333333u) + (sum >> 2 & 0x3333333333333333u);
+  sum = (sum + (sum >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+  return static_cast<std::uint32_t>(sum * 0x0101010101010101u >> 56);
 }
 
 /// The place of a cell's crossed edge among all.

@@ -30,13 +30,13 @@ struct Piece {
 Piece find_piece(const SpaceGrid& grid, const CrossedEdges& edges, const SurfaceCell& cell,
                  std::uint32_t which) {
   Piece piece;
-  for (int e = 0; e < 12; ++e) {
-    if ((cell.crossed >> e & 1) == 0 || piece_of(cell, e) != which) continue;
+  each_bit(cell.crossed, [&](int e) {
+    if (piece_of(cell, e) != which) return;
     const std::uint32_t crossing = crossing_of(grid, edges, cell, e);
     piece.crossing[piece.count++] = crossing;
     piece.middle += edges.position[crossing];
     piece.normal += edges.normal[crossing];
-  }
+  });
   piece.middle = piece.middle / static_cast<double>(piece.count);
   return piece;
 }
