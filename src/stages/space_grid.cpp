@@ -229,16 +229,20 @@ bool want_corners(SpaceGrid& grid, std::size_t from, std::size_t around, std::ui
 // want_corners() of the cells around a block's crossed edges, but for edges that an earlier call
 // has gone through. Returns whether it is true for any of them.
 bool want_cells_around(SpaceGrid& grid, std::size_t block, std::vector<BlockCorners>& missing) {
-  CornersAround corners{};
+  std::array<std::uint64_t, 3> added;  // edges
   for (std::size_t axis = 0; axis < 3; ++axis) {
     std::uint64_t& done = grid.blocks[block].closed[axis];
     const std::uint64_t crossed = crossed_from(grid, block, static_cast<int>(axis));
-    each_bit(crossed & ~done, [&](int bit) {
+    added[axis] = crossed & ~done;
+    done |= crossed;
+  }
+  if ((added[0] | added[1] | added[2]) == 0) return false;
+  CornersAround corners{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    each_bit(added[axis], [&](int bit) {
       const CornersAround& more = kCornersAround[axis][static_cast<std::size_t>(bit)];
       for (std::size_t n = 0; n < corners.size(); ++n) corners[n] |= more[n];
     });
-    done |= crossed;
-  }
   bool any = false;
   for (std::size_t n = 0; n < corners.size(); ++n)
     any |= want_corners(grid, block, n, corners[n], missing);
