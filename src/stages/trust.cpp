@@ -76,6 +76,7 @@ std::vector<double> trust_of(const ParticleFits& fits, double disorder) {
 void distrust_gaps(Device& device, const DeviceCells& cells, const ParticleFits& fits,
                    const std::vector<std::uint32_t>& asked, std::vector<double>& trust) {
   constexpr double kBefore = 1.5;  // particle radii
+  if (asked.empty()) return;
   std::vector<Vec3d> before;
   before.reserve(asked.size());
   for (const std::uint32_t k : asked) before.push_back(fits.foot[k] + fits.normal[k] * kBefore);
