@@ -13,6 +13,7 @@
 #include "methods/closed_steps.hpp"
 #include "methods/contour.hpp"
 #include "methods/methods.hpp"
+#include "methods/recorded_fits.hpp"
 #include "stages/crumbs.hpp"
 #include "stages/dual_faces.hpp"
 #include "stages/dual_vertices.hpp"
@@ -168,11 +169,10 @@ FittedFluid fit_fluid(Device& device, const PlacedFluid& even, const Parameters&
   std::vector<std::uint32_t> all(fluid.fits.size());
   std::iota(all.begin(), all.end(), 0u);
   distrust_gaps(device, cells, fluid.fits, all, trust);
-  const BlendRecords records =
-      make_records(fluid.fits, trust, params.fit, kBlendReach * params.blend.radius);
+  const BlendRecords records = record_fits(fluid.fits, trust, params).records;
   fluid.function = make_implicit(device, records, levelled, params, scope.reach);
-  fluid.reach.resize(records.size());
-  for (std::size_t k = 0; k < records.size(); ++k)
+  fluid.reach.resize(fluid.fits.size());  // faces reach as far as the fits that they are from
+  for (std::size_t k = 0; k < fluid.reach.size(); ++k)
     fluid.reach[k] = counts(records, k) ? records.foot[4 * k + 3] : 0;
   return fluid;
 }

@@ -16,6 +16,7 @@
 #include "methods/closed_steps.hpp"
 #include "methods/contour.hpp"
 #include "stages/crumbs.hpp"
+#include "stages/faces.hpp"
 #include "stages/relax.hpp"
 #include "stages/roundness.hpp"
 #include "stages/trust.hpp"
@@ -40,8 +41,9 @@ Halo halo_of(const Parameters& params) {
   // F looks at fits as far as they reach from their feet, which lie within a radius of the surface
   // through the particle.
   const double counted = kBlendReach * params.blend.radius + 1 + std::abs(params.fit.offset);
-  // Their trust is a mean over their sheet, of what is told from the normals around.
-  const double trusted = counted + kTrustSheet + kEdgeReach;
+  // The faces at a bevel are told from fits around it. Trust is a mean over a fit's sheet, of what
+  // is told from the normals around.
+  const double trusted = counted + kFaceReach + kTrustSheet + kEdgeReach;
   // These normals, and supports, follow from those of the pass before.
   const double fitted =
       trusted + (params.fit.passes - 1) * std::max<double>(params.fit.support, kResidualReach);

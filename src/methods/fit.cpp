@@ -11,7 +11,7 @@
 #include "methods/layers.hpp"
 #include "methods/methods.hpp"
 #include "methods/placed_fluid.hpp"
-#include "stages/faces.hpp"
+#include "methods/recorded_fits.hpp"
 #include "stages/group.hpp"
 #include "stages/merge.hpp"
 #include "stages/mesh.hpp"
@@ -234,10 +234,7 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
   if (params.image) of_image = backdrop_of(pixel_grid(view));
 
   // 2.4: the surface at pixels and at the nodes of the mesh.
-  BlendRecords records = make_records(fits, trust, params.fit, kBlendReach * params.blend.radius);
-  const TrustedFits faces = faces_beside_bevels(fits, trust, params.fit.offset);
-  append(records,
-         make_records(faces.fits, faces.trust, params.fit, kBlendReach * params.blend.radius));
+  auto [records, residual] = record_fits(fits, trust, params);
   const DeviceRecords on_device = upload_records(device, records);
   const Sampler sampler{device,      view,           params,     std::move(records), on_device,
                         fluid.cells, fluid.levelled, fluid.body, shell.least_radius};
@@ -254,10 +251,8 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
   }
   result.counts = count_particles(particles, fluid.particles, fluid.split, visible, mesh);
   result.counts.*seeding.counted = static_cast<std::int64_t>(fits.size());
-  result.residual = fits.residual;
-  result.residual.insert(result.residual.end(), faces.fits.residual.begin(),
-                         faces.fits.residual.end());
-  for (float& residual : result.residual) residual *= static_cast<float>(fluid.disorder.unit());
+  result.residual = std::move(residual);
+  for (float& each : result.residual) each *= static_cast<float>(fluid.disorder.unit());
   result.disorder = fluid.disorder;
   if (params.image && params.layers > 0)
     result.layers =

@@ -11,10 +11,10 @@
 #include "base/parallel.hpp"
 #include "methods/closed_steps.hpp"
 #include "methods/contour.hpp"
+#include "methods/recorded_fits.hpp"
 #include "stages/crumbs.hpp"
 #include "stages/dual_faces.hpp"
 #include "stages/dual_vertices.hpp"
-#include "stages/faces.hpp"
 #include "stages/implicit.hpp"
 #include "stages/relax.hpp"
 #include "stages/roundness.hpp"
@@ -288,11 +288,8 @@ Layers find_layers(Device& device, const View& view, KnownFluid known, std::vect
   const std::vector<std::uint32_t> unseen = list_unseen(known.fits, more);
   join_fits(known.fits, more);
   distrust_gaps(device, known.cells, known.fits, unseen, known.trust);
-  const double reach = kBlendReach * params.blend.radius;
-  BlendRecords records = make_records(known.fits, known.trust, params.fit, reach);
-  const TrustedFits faces = faces_beside_bevels(known.fits, known.trust, params.fit.offset);
-  append(records, make_records(faces.fits, faces.trust, params.fit, reach));
-  const ImplicitFunction function = make_implicit(device, records, known.levelled, params);
+  const ImplicitFunction function = make_implicit(
+      device, record_fits(known.fits, known.trust, params).records, known.levelled, params);
   const DualMesh mesh =
       mesh_behind(device, view, front, known, function, {.amount = params.disorder}, clock);
   clock.start("layers");

@@ -9,12 +9,11 @@
 namespace meniscus {
 namespace {
 
-constexpr float kReach = 5;         // of a face to a bevel, particle radii
 constexpr double kBevel = 0.001;    // e of a bevel
 constexpr double kNoBevel = 0.005;  // least e of other fits
 constexpr double kLeastEdge = 0.1;  // e of a face,
 constexpr double kFlat = 0.3;       // its spread, particle radii,
-constexpr double kOff = 0.3;        // and how far off it a bevel's particle may be
+constexpr double kOff = 0.3;        // and how far off it a bevel's particle may be, too
 constexpr double kSameFace = 0.7;   // cosine from which two fits are of one face
 
 bool is_face(const ParticleFits& fits, std::size_t k) {
@@ -52,14 +51,14 @@ TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<doub
   for (std::size_t b = 0; b < fits.size(); ++b) {
     const double counts = 1 - smooth_step(kBevel, kNoBevel, fits.edge[b]);
     if (fits.residual[b] < 0 || !(counts > 0)) continue;
-    if (cells.item.empty()) cells = make_cells(fits.position, kReach);
+    if (cells.item.empty()) cells = make_cells(fits.position, kFaceReach);
     const Vec3d& at = fits.position[b];
     std::vector<std::pair<double, std::size_t>> near;  // distance, fit
     visit_near(cells, static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z),
                [&](std::int32_t p) {
                  const auto k = static_cast<std::size_t>(cells.item[static_cast<std::size_t>(p)]);
                  const double l = length(fits.position[k] - at);
-                 if (l < kReach && is_face(fits, k)) near.emplace_back(l, k);
+                 if (l < kFaceReach && is_face(fits, k)) near.emplace_back(l, k);
                  return true;
                });
     std::sort(near.begin(), near.end());
@@ -69,7 +68,9 @@ TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<doub
       const auto same = [&](const Vec3d& other) { return dot(normal, other) > kSameFace; };
       if (std::any_of(taken.begin(), taken.end(), same)) continue;
       const QuadricLevel there = level_at(fits.quadric[k], at - fits.position[k]);
-      if (std::abs(there.value + offset) > kOff) continue;
+      // Its foot lies offset + kOff from the particle at most.
+      const double before = -there.value / length(there.gradient);
+      if (!(std::abs(before - offset) < kOff)) continue;
       taken.push_back(normal);
       add_face(fits, k, b, counts, there, faces.fits);
       faces.trust.push_back(trust[k]);

@@ -9,6 +9,9 @@
 
 namespace meniscus {
 
+/// How far from a bevel's particle those of its faces may be, particle radii.
+inline constexpr float kFaceReach = 5;
+
 /// Fits and how far they are trusted.
 struct TrustedFits {
   ParticleFits fits;
@@ -16,7 +19,7 @@ struct TrustedFits {
 };
 
 /// At each bevel the faces on which its particle lies, at most one for each direction: of the fits
-/// within five particle radii the nearest, whose quadric goes on to the bevel. They are seen as the
+/// within kFaceReach the nearest, whose quadric goes on to the bevel. They are seen as the
 /// bevel is, and count as far as it is one: 1 - smoothstep(.001, .005, e). Groups have none: a
 /// small e tells that they fade.
 TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<double>& trust,

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "meniscus/camera.hpp"
+#include "meniscus/closed.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 
@@ -104,6 +105,20 @@ INSTANTIATE_TEST_SUITE_P(Views, Block,
                          testing::Values(SeenFrom{{23, 17, 27}, {100, 0, 0.4}},
                                          SeenFrom{{31, 31, 11}, {100, 180, 0.8}},
                                          SeenFrom{{11, 19, 39}, {180, 180, 0.8}}));
+
+// Without faces in the place of bevels corners were .31 s off the vertices next to them.
+TEST(ClosedBlock, OnItsLatticeHasSharpCorners) {
+  Device device;
+  const Mesh mesh = extract_closed(device, block()).mesh;
+  for (const double x : {-kHalf, kHalf})
+    for (const double y : {-kHalf, kHalf})
+      for (const double z : {-kHalf, kHalf}) {
+        double off = INFINITY;
+        for (const Vec3& at : mesh.position)
+          off = std::min(off, std::hypot(at.x - x, at.y - y, at.z - z));
+        EXPECT_LT(off, 0.1) << x << ' ' << y << ' ' << z;
+      }
+}
 
 }  // namespace
 }  // namespace meniscus

@@ -173,6 +173,9 @@ Particles long_bar(float noise, int drops) {
 
 TEST(ClosedParts, HaveTheBytesOfALongBar) { expect_same_in_parts(long_bar(0.1f, 300)); }
 
+// Bevels all along its edges, in whose place there are faces.
+TEST(ClosedParts, HaveTheBytesOfABarOnItsLattice) { expect_same_in_parts(long_bar(0, 0)); }
+
 // The residuals of all of it are beyond what is taken for noise at first.
 TEST(ClosedParts, HaveTheBytesOfANoisyBar) { expect_same_in_parts(long_bar(0.35f, 0)); }
 

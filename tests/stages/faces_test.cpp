@@ -54,6 +54,16 @@ TEST(FacesBesideBevels, AreTheNearestOfEachDirectionOnWhichTheBevelLies) {
   }
 }
 
+// However little the value of its quadric is at the bevel, where it is hardly steep.
+TEST(FacesBesideBevels, PassNearTheBevel) {
+  ParticleFits fits = edge_of_block(0.0005);
+  for (float& value : fits.quadric[1]) value /= 2;
+  fits.quadric[1][0] = -1;  // it is 0 two particle radii before the bevel's particle
+  const auto [faces, trust] = faces_beside_bevels(fits, {1, 0.9, 0.8, 0.7, 0.6, 0.5}, 1);
+  ASSERT_EQ(faces.size(), 2U);
+  EXPECT_EQ(trust, (std::vector<double>{0.7, 0.8}));
+}
+
 TEST(FacesBesideBevels, CountAsFarAsThereIsABevel) {
   const std::vector<double> trust(6, 1.0);
   const TrustedFits half = faces_beside_bevels(edge_of_block(0.003), trust, 1);
