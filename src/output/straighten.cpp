@@ -28,6 +28,10 @@ constexpr double kSmooth = 0.15, kSharp = 0.35;
 constexpr int kFlatRings = 3, kSharpRings = 2;
 // Normals farther apart than this (the length of the difference) have no say in each other.
 constexpr double kAlike = 0.8;
+// What a guide costs that is turned away from a triangle's own normal by 90 degrees, beside how
+// much less than 1 the mean of its normals is long. Without it faces beside a corner, which have
+// nothing flat around them, were guided by the next face.
+constexpr double kOwn = 0.2;
 constexpr int kRounds = 4, kMoves = 8;  // of the filter; of the vertices after each
 // A triangle whose normal is farther than 90 degrees from its filtered one has turned over.
 constexpr double kTurned = 0;
@@ -167,12 +171,10 @@ Patch patch_of(const Mesh& mesh, const std::vector<float>& share, double unit) {
   return patch;
 }
 
-// What is around a vertex: the sum of the triangles' areas as vectors, and as numbers; the triangle
-// whose surroundings are flattest.
+// What is around a vertex: the sum of the triangles' areas as vectors, and as numbers.
 struct Around {
   Vec3d sum;
   double all = 0;
-  std::uint32_t flattest = kNone;
 };
 
 // Normals of triangles, and what is made of them.
@@ -214,18 +216,15 @@ void filter_normals(const Patch& patch, const Fans& fans, Normals& n) {
     mean[t] = normalized(sum, n.own[t]);
     n.bent[t] = 1 - length(sum) / all;
   });
-  const auto flatter = [&](std::uint32_t a, std::uint32_t b) {
-    return b == kNone || n.bent[a] < n.bent[b] ? a : b;
-  };
-  for_each(vertices, [&](std::size_t v) {
-    for (const std::uint32_t t : fans.of(v))
-      n.around[v].flattest = flatter(t, n.around[v].flattest);
-  });
   for_each(triangles, [&](std::size_t t) {
-    std::uint32_t flattest = kNone;
+    double least = std::numeric_limits<double>::infinity();
     for (const std::uint32_t v : patch.triangle[t])
-      flattest = flatter(n.around[v].flattest, flattest);
-    n.guide[t] = mean[flattest];
+      for (const std::uint32_t other : fans.of(v)) {
+        const double off = n.bent[other] + kOwn * (1 - dot(n.own[t], mean[other]));
+        if (!(off < least)) continue;
+        least = off;
+        n.guide[t] = mean[other];
+      }
   });
   for_each(triangles, [&](std::size_t t) {
     n.filtered[t] = n.own[t];
