@@ -9,7 +9,8 @@ namespace {
 constexpr int kRecord = 16, kCached = 48;
 constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
 constexpr float kPull = 0.75f, kRoundPull = -0.2f, kRoundest = 0.9f;  // of hits.cl
-constexpr float kGraze = 0.3f, kOver = 0.06f, kSurelyOver = 0.8f, kWithin = -0.05f, kSteep = 0.5f;
+constexpr float kGraze = 0.3f, kOver = 0.06f, kSurelyOver = 0.8f, kWithin = -0.05f, kSteep = 0.5f,
+                kVouching = 3e-4f;
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
 
 struct Sample {
@@ -397,7 +398,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   const Ints ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
   const Ints edge =
-      ((B.w > 0.03f * A.w) & (h < 0.0f) & meet) | ((within > 1e-3f) & (within > beyond));
+      ((B.w > 0.03f * A.w) & (h < 0.0f) & meet) | ((within > kVouching) & (within > beyond));
   out.trust =
       smaller(1.001f * (A.w + B.w) / larger(trust, tiny), one) * smooth_step(0.002f, 0.015f, firm);
   const Ints over = height > kOver * (A.w + B.w), passed = over & (out.trust > kSurelyOver);
