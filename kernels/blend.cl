@@ -351,8 +351,9 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   // any firm fit is near, the fits that are met reach out into the air: there is nothing to trust.
   out.trust = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), (floatv)(1.0f)) *
               smooth_step(ALONE, COMPANY, firm);
+  const floatv least = SELECT((floatv)(VOUCHING), (floatv)(VOUCHING_SURE), out.trust >= 1.0f);
   const intv edge = ((B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= crease)) |
-                    ((within > VOUCHING) & (within > beyond));
+                    ((within > least) & (within > beyond));
   // Where such fits are not trusted nothing is met: the field alone tells whether there is fluid.
   const intv over = height > OVER * (A.w + B.w), passed = over & (out.trust > SURELY_OVER);
   out.trust = SELECT(out.trust, (floatv)(0.0f), over & !passed);

@@ -40,9 +40,11 @@ inline float leeway_of(global const float* fit) { return fit[15]; }
 // Hidden faces hold a point that lies within them by no more than this.
 #define WITHIN -0.05f  // particle radii
 
-// Faces that a point lies within vouch for it when they weigh more than this. Where three faces meet
-// they are bevels, most of them, which count little: from .001 on dam 015 lacked the tip of its corner.
-#define VOUCHING 3e-4f
+// Faces that a point lies within vouch for it when they weigh more than this; more than the second is
+// enough where the blend is fully trusted. Where three faces meet most fits are bevels, which weigh
+// little: without the second dam 015 lacked the tip of its corner.
+#define VOUCHING 1e-3f
+#define VOUCHING_SURE 3e-4f
 
 typedef struct {
   floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)

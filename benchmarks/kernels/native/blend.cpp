@@ -10,7 +10,7 @@ constexpr int kRecord = 16, kCached = 48;
 constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
 constexpr float kPull = 0.75f, kRoundPull = -0.2f, kRoundest = 0.9f;  // of hits.cl
 constexpr float kGraze = 0.3f, kOver = 0.06f, kSurelyOver = 0.8f, kWithin = -0.05f, kSteep = 0.5f,
-                kVouching = 3e-4f;
+                kVouching = 1e-3f, kVouchingSure = 3e-4f;
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
 
 struct Sample {
@@ -397,10 +397,11 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   const Floats rx = crx * vr - mx, ry = cry * vr - my, rz = crz * vr - mz;
   const Ints ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
-  const Ints edge =
-      ((B.w > 0.03f * A.w) & (h < 0.0f) & meet) | ((within > kVouching) & (within > beyond));
   out.trust =
       smaller(1.001f * (A.w + B.w) / larger(trust, tiny), one) * smooth_step(0.002f, 0.015f, firm);
+  const Floats least = out.trust >= 1.0f ? all(kVouchingSure) : all(kVouching);
+  const Ints edge =
+      ((B.w > 0.03f * A.w) & (h < 0.0f) & meet) | ((within > least) & (within > beyond));
   const Ints over = height > kOver * (A.w + B.w), passed = over & (out.trust > kSurelyOver);
   out.trust = over & ~passed ? none : out.trust;
   out.trust += passed ? all(8.0f) : ended ? all(4.0f) : edge ? all(2.0f) : none;

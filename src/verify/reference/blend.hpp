@@ -243,7 +243,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     const Vec3d to = centre / weight - shown;
     out.ended = dot(to, out.normal) < 0 && dot(to, normal) > 0;
   }
-  out.on_edge |= within > 3e-4 && within > beyond;
+  out.on_edge |= within > (out.trust < 1 ? 1e-3 : 3e-4) && within > beyond;
   return out;
 }
 
