@@ -168,7 +168,7 @@ FittedFluid fit_fluid(Device& device, const PlacedFluid& even, const Parameters&
   std::vector<double> trust = trust_of(fluid.fits, disorder);
   std::vector<std::uint32_t> all(fluid.fits.size());
   std::iota(all.begin(), all.end(), 0u);
-  distrust_gaps(device, cells, fluid.fits, all, trust);
+  distrust_gaps(device, cells, fluid.fits, all, disorder, trust);
   const BlendRecords records = record_fits(fluid.fits, trust, params).records;
   fluid.function = make_implicit(device, records, levelled, params, scope.reach);
   fluid.reach.resize(fluid.fits.size());  // faces reach as far as the fits that they are from

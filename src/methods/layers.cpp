@@ -287,7 +287,7 @@ Layers find_layers(Device& device, const View& view, KnownFluid known, std::vect
   append(known.trust, trust_of(more, params.disorder));
   const std::vector<std::uint32_t> unseen = list_unseen(known.fits, more);
   join_fits(known.fits, more);
-  distrust_gaps(device, known.cells, known.fits, unseen, known.trust);
+  distrust_gaps(device, known.cells, known.fits, unseen, params.disorder, known.trust);
   const ImplicitFunction function = make_implicit(
       device, record_fits(known.fits, known.trust, params).records, known.levelled, params);
   const DualMesh mesh =
