@@ -56,20 +56,14 @@ Vec3d slope_at(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e) 
 // Masks of corners, by block.
 using CornerMasks = std::vector<std::uint64_t>;
 
-// Adds to each corner what the next one along an axis has, or the one before it.
-void add_next(const SpaceGrid& grid, int axis, CornerMasks& masks) {
+// Adds to each corner what the one beside it along an axis has: the next one by next_block() and
+// of_next(), or the one before it by block_before() and of_before().
+void add_beside(const SpaceGrid& grid, int axis, decltype(next_block)& beside,
+                decltype(of_next)& moved, CornerMasks& masks) {
   const CornerMasks own = masks;
   for (std::size_t b = 0; b < masks.size(); ++b) {
-    const std::int32_t next = next_block(grid, b, axis);
-    masks[b] |= of_next(own[b], next == kNoBlock ? 0 : own[static_cast<std::size_t>(next)], axis);
-  }
-}
-void add_before(const SpaceGrid& grid, int axis, CornerMasks& masks) {
-  const CornerMasks own = masks;
-  for (std::size_t b = 0; b < masks.size(); ++b) {
-    const std::int32_t before = block_before(grid, b, axis);
-    masks[b] |=
-        of_before(own[b], before == kNoBlock ? 0 : own[static_cast<std::size_t>(before)], axis);
+    const std::int32_t block = beside(grid, b, axis);
+    masks[b] |= moved(own[b], block == kNoBlock ? 0 : own[static_cast<std::size_t>(block)], axis);
   }
 }
 
@@ -161,8 +155,8 @@ std::vector<std::uint64_t> cells_of(const SpaceGrid& grid, const CrossedEdges& e
   CornerMasks cells(grid.blocks.size(), 0);
   for (int axis = 0; axis < 3; ++axis) {
     CornerMasks& masks = along[static_cast<std::size_t>(axis)];
-    add_next(grid, (axis + 1) % 3, masks);
-    add_next(grid, (axis + 2) % 3, masks);
+    add_beside(grid, (axis + 1) % 3, next_block, of_next, masks);
+    add_beside(grid, (axis + 2) % 3, next_block, of_next, masks);
     for (std::size_t b = 0; b < cells.size(); ++b) cells[b] |= masks[b];
   }
   return cells;
@@ -173,8 +167,10 @@ std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdg
   std::array<CornerMasks, 3> along;
   along.fill(cells_of(grid, edges, some));
   for (int axis = 0; axis < 3; ++axis) {
-    add_before(grid, (axis + 1) % 3, along[static_cast<std::size_t>(axis)]);
-    add_before(grid, (axis + 2) % 3, along[static_cast<std::size_t>(axis)]);
+    add_beside(grid, (axis + 1) % 3, block_before, of_before,
+               along[static_cast<std::size_t>(axis)]);
+    add_beside(grid, (axis + 2) % 3, block_before, of_before,
+               along[static_cast<std::size_t>(axis)]);
   }
   std::vector<std::uint32_t> all;
   all.reserve(edges.size());
