@@ -159,6 +159,38 @@ TEST_P(Trust, NoFitsHaveNone) {
   EXPECT_TRUE(trust_of(download(device_, std::move(fits))).empty());
 }
 
+// Fits whose feet lie at random around a face, so that before them there is air, fluid or some of
+// it.
+TEST_P(Trust, FitsBeforeFluidHaveNone) {
+  const Projected p = block(14, 12, 4, 0.3);
+  Random random(3);
+  ParticleFits fits;
+  std::vector<Vec3d> before;
+  std::vector<std::uint32_t> asked;
+  for (std::uint32_t k = 0; k < 300; ++k) {
+    const Vec3d inside = p.eye(static_cast<std::size_t>(random(0, 14 * 12)));
+    fits.foot.push_back(inside + Vec3d{0, 0, random(-4, 4)});
+    fits.normal.push_back(normalized({random(-1, 1), random(-1, 1), random(-1, 1)}));
+    if (k % 4 == 0) continue;
+    asked.push_back(k);
+    before.push_back(fits.foot[k] + fits.normal[k] * 1.5);
+  }
+  const DeviceCells cells = cells_of(device_, p);
+  const std::vector<float> density = measure_density(device_, cells, before);
+  for (const double disorder : {0.0, 1.0, 2.0}) {
+    std::vector<double> trust(300, 0.8), expected = trust;
+    distrust_gaps(device_, cells, fits, asked, disorder, trust);
+    const double low = disorder == 0 ? 0.55 : disorder == 1 ? 0.375 : 0.2;
+    std::size_t between = 0;
+    for (std::size_t a = 0; a < asked.size(); ++a) {
+      expected[asked[a]] *= 1 - smooth_step(low, low + 0.2, density[a]);
+      between += expected[asked[a]] > 0.01 && expected[asked[a]] < 0.79;
+    }
+    EXPECT_GT(between, 10u);
+    for (std::size_t k = 0; k < trust.size(); ++k) EXPECT_NEAR(trust[k], expected[k], 1e-14) << k;
+  }
+}
+
 MENISCUS_ON_EVERY_DEVICE(Trust);
 
 }  // namespace
