@@ -30,7 +30,7 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
   residual += lanes * which;
   model += MODEL * row * which;
   const Particles own = load_particles(place, normal, particle + lane);
-  floatv counts = own.u;
+  floatv edge = (floatv)(1.0f);  // LLVM 18 gives up at width 1 where the branch changes `counts`
   if (which == NARROW) {
     const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
     floatv near = (floatv)(0.0f), agree = near;
@@ -42,9 +42,9 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
       near += q;
       agree += q * smooth_step(0.72f, 0.95f, own.nx * p.dx + own.ny * p.dy + own.nz * p.dz);
     }
-    counts *= edge_of(own.u, near, agree);
+    edge = edge_of(own.u, near, agree);
   }
-  counts *= LOADF(telling + lane);
+  floatv counts = own.u * edge * LOADF(telling + lane);
   counts = SELECT((floatv)(0.0f), counts, LOADF(residual + lane) >= 0.0f);
   int at[WIDTH];
   const intv wanted = LOADI(particle + lane) != nobody;
