@@ -19,6 +19,19 @@ for package in "${packages[@]}"; do
 done
 ((${#missing[@]})) || exit 0
 
+# Those of the missing packages that this release has.
+offered() {
+  local package
+  for package in "${missing[@]}"; do
+    [[ $(LC_ALL=C apt-cache policy "$package") != *"Candidate: "[0-9]* ]] || echo "$package"
+  done
+}
+# Nothing to install where the package lists are there and have none of them.
+if [[ -z $(offered) ]] && compgen -G "/var/lib/apt/lists/*_Packages*" >/dev/null; then
+  echo "setup: this release has no package ${missing[*]}; going on without"
+  exit 0
+fi
+
 as_root=()
 if ((EUID != 0)); then
   if ! command -v sudo >/dev/null; then
@@ -29,7 +42,8 @@ if ((EUID != 0)); then
   as_root=(sudo)
 fi
 
-echo "setup: installing ${missing[*]}"
 apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q)
 "${apt[@]}" update || echo "setup: the package lists could not be renewed; trying the old ones" >&2
-"${apt[@]}" install -y --no-install-recommends "${missing[@]}"
+mapfile -t wanted < <(offered)
+echo "setup: installing ${wanted[*]}"
+"${apt[@]}" install -y --no-install-recommends "${wanted[@]}"
