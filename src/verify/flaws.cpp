@@ -8,7 +8,8 @@
 namespace meniscus::verify {
 namespace {
 
-constexpr std::array kFlaws{"fma_of_zero", "not_of_lanes", "sixteen_floats",
+constexpr std::array kFlaws{"array_of_structs",       "fma_of_zero",
+                            "not_of_lanes",           "sixteen_floats",
                             "struct_through_pointer", "zero_minus"};
 
 }  // namespace
