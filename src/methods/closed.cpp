@@ -32,6 +32,11 @@ namespace {
 // radius outside them, and wherever else it goes more corners are asked for.
 constexpr double kBand = 2;
 
+// Round fits of particles anywhere (a disorder of 2) have so much more support than in views,
+// particle radii. Views look less far for the normals of waves. With that support closed meshes
+// were too small by 1.1 % of their volume, with this one by .9 %, and creases stay as they were.
+constexpr double kMoreRoundSupport = 0.75;
+
 // All that stand for the surface and are fitted, where `wanted`.
 Visible fitted_of(const Projected& placed, const FieldSurface& shell,
                   const std::function<bool(const Vec3d& position)>& wanted) {
@@ -136,7 +141,8 @@ FittedFluid fit_fluid(Device& device, const PlacedFluid& even, const Parameters&
                       StageClock& clock, const FitScope& scope) {
   FittedFluid fluid;
   const Projected& placed = even.particles;
-  const Parameters params = for_disorder(given, even.disorder);
+  Parameters params = for_disorder(given, even.disorder);
+  params.fit.round_support += kMoreRoundSupport * even.disorder.anywhere();
   const double disorder = params.disorder;
   // 2.1: the density field, and the particles of the surface.
   clock.start("field");

@@ -54,10 +54,13 @@ INSTANTIATE_TEST_SUITE_P(Solids, ClosedMesh,
                          [](const auto& info) { return std::string(info.param.scene); });
 
 // One particle anywhere for each s^3: gaps inside are no air, and what is told is as large as it
-// was. Bounds are about 1.5 times what is found.
+// was. Bounds are about 1.5 times what is found. Those of the torus are closer: with the support
+// that round fits have in views its distance was .206 s, its normals 8.4 degrees, its volume 1.8 %
+// too small.
 TEST(Closed, ParticlesAnywhereAreNearTheTruth) {
   Device device;
-  for (const Solid& solid : {Solid{"sphere", 0.2, 9.5, 0}, Solid{"notch", 0.25, 35, 0.45}}) {
+  for (const Solid& solid : {Solid{"sphere", 0.2, 9.5, 0}, Solid{"torus", 0.2, 7.5, 0},
+                             Solid{"notch", 0.25, 35, 0.45}}) {
     const Scene& scene = find_scene(solid.scene);
     const Surface surface = extract_closed(device, make_particles(scene, 0, 1, Filling::random));
     EXPECT_EQ(surface.disorder, 2) << solid.scene;
