@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "accuracy/splash.hpp"
@@ -45,7 +46,7 @@ const std::vector<Scene>& scenes();
 const std::vector<Scene>& violent_scenes();
 
 /// Of either kind. Throws InvalidArgument, with the names there are.
-const Scene& find_scene(const std::string& name);
+const Scene& find_scene(std::string_view name);
 
 /// Names of scenes, where a word may also be calm (scenes()), violent, violent-tuning or
 /// violent-reporting. Throws InvalidArgument, with the names there are.

@@ -215,14 +215,15 @@ const std::vector<Scene>& violent_scenes() {
   return all;
 }
 
-const Scene& find_scene(const std::string& name) {
+const Scene& find_scene(std::string_view name) {
   std::string names;
   for (const auto* list : {&scenes(), &violent_scenes()})
     for (const Scene& scene : *list) {
       if (scene.name == name) return scene;
       names += (names.empty() ? "" : ", ") + scene.name;
     }
-  throw InvalidArgument("scene: no scene is called '" + name + "', there are " + names);
+  throw InvalidArgument("scene: no scene is called '" + std::string(name) + "', there are " +
+                        names);
 }
 
 std::vector<std::string> scenes_named(const std::vector<std::string>& words) {

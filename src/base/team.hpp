@@ -1,6 +1,7 @@
 // team: the processes that work on one frame together.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -103,10 +104,13 @@ class Team {
   std::vector<T> joined(std::vector<T> mine) {
     std::vector<T> all;
     gather(std::move(mine), [&](int, std::vector<T>&& values) {
-      if (all.empty())
+      if (all.empty()) {
         all = std::move(values);
-      else
-        all.insert(all.end(), values.begin(), values.end());
+        return;
+      }
+      const std::size_t before = all.size();
+      all.resize(before + values.size());
+      std::copy(values.begin(), values.end(), all.begin() + static_cast<std::ptrdiff_t>(before));
     });
     all.resize(from_first(all.size()));
     share_bytes(all.data(), all.size() * sizeof(T));
