@@ -131,6 +131,6 @@ try meniscus bench frame --swe
   endif()
 endif()
 if(MPIRUN)
-  run(${MPIRUN} -q --allow-run-as-root --oversubscribe -n 2 ${work}/installed/bin/meniscus
+  run(${MPIRUN} --allow-run-as-root --oversubscribe -n 2 ${work}/installed/bin/meniscus
     extract ${SOURCE}/examples/data/cube_drop/frame_007.ply --size 64x48 -o ranks.exr)
 endif()

@@ -44,8 +44,9 @@ class UnderMpi : public Program {
   static Conditions ranks([[maybe_unused]] const std::string& count) {
     Conditions conditions;
 #ifdef MENISCUS_MPIRUN
+    // Open MPI 4: mpirun -q.
+    conditions.environment.emplace_back("OMPI_MCA_orte_execute_quiet", "1");
     conditions.launcher = {MENISCUS_MPIRUN,
-                           "-q",
                            "--allow-run-as-root",
                            "--oversubscribe",
                            "--bind-to",
@@ -54,6 +55,18 @@ class UnderMpi : public Program {
                            count};
 #endif
     return conditions;
+  }
+
+  /// Without the words that mpirun of Open MPI 5, which has no -q, puts between two rules.
+  Outcome run(const Words& words, const Conditions& conditions = {}) const {
+    Outcome outcome = Program::run(words, conditions);
+    std::string& err = outcome.err;
+    for (std::size_t at = 0; (at = err.find("\nprterun ")) != std::string::npos;) {
+      const std::size_t begin = at == 0 ? 0 : err.rfind('\n', at - 1) + 1;
+      const std::size_t rule = err.find("\n---", at + 1), end = err.find('\n', rule + 1);
+      err.erase(begin, end == std::string::npos ? end : end + 1 - begin);
+    }
+    return outcome;
   }
 
   /// Positions of a dam's particles.
