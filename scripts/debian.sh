@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds Meniscus in a fresh Debian of another release, and verifies the OpenCL runtimes that the
-# release has (PoCL and Mesa's rusticl). Needs root, and takes half an hour on two cores.
+# release has (PoCL and Mesa's rusticl). Needs root, and takes ten minutes on two cores.
 #   scripts/debian.sh [RELEASE]    trixie (Debian 13) by default
 # FOLDER is where its files go (default: build/RELEASE); TESTS=1 builds and runs the tests, too.
 # Results are in FOLDER: verify of each runtime as .txt and .json, the build's words in build.txt.
@@ -16,7 +16,6 @@ mkdir -p "$folder"
 [[ -e $root/etc/debian_version ]] || debootstrap --variant=minbase "$release" "$root" >"$folder/debootstrap.txt"
 rm -rf "$root/src"
 git clone -q . "$root/src"
-git -C "$root/src" checkout -q --detach "$(git rev-parse HEAD)"
 
 # In a mount namespace of its own, so that nothing of the host stays mounted below FOLDER.
 inside() {
