@@ -229,7 +229,8 @@ inline Verdict judge(const int* at, const intv listed, global const float* trian
 
 // Decides what the samples `at`, on rays r, show: a trusted surface that has ended lets what lies
 // behind it be seen. `behind` receives the depth beyond which a sample that shows nothing may look
-// again (its reference), and infinity elsewhere. Where v.mixed, the field is to be followed. Where the
+// again (its reference), and infinity elsewhere. Where v.mixed, the field is to be followed, which
+// needs what `behind` held. Where the
 // ray has passed by, the reference moves behind: the field, which may lie a little farther out, would
 // fill the gap with a rim of its own. It is entered before the search begins then (search_from).
 inline void settle(const Verdict v, const int* at, const intv listed, const Rays r,
@@ -242,13 +243,18 @@ inline void settle(const Verdict v, const int* at, const intv listed, const Rays
     gone |= v.doubted & (density_on(cells, weight, r, v.t, v.doubted, around) < v.contour);
   scatter_float(nowhere, depth, at, gone);
   scatter_float(v.t + 2.0f * limits.before, reference, at, v.passed);
-  scatter_float(SELECT(nowhere, v.t0, gone), behind, at, listed & (v.t0 < INFINITY));
+  scatter_float(SELECT(nowhere, v.t0, gone), behind, at, listed & (v.t0 < INFINITY) & !v.mixed);
 }
 
 // Between which depths the field is followed: from before the blend's depth t and the reference t0
 // to behind them. (A blend far before the reference once ended the search in the air: holes in rims.)
-inline floatv search_from(const floatv t, const floatv t0, const FieldLimits limits) {
-  return larger(smaller(t, t0) - limits.before, (floatv)(1e-3f));
+// A sample that looks again, because it has shown nothing at its `last` reference, goes on where the
+// search behind that ended: the spheres that tell what lies behind leave gaps between particles, where
+// it would see through a thin layer. At the first look `last` is infinity.
+inline floatv search_from(const floatv t, const floatv t0, const floatv last,
+                          const FieldLimits limits) {
+  const floatv from = smaller(smaller(t, t0) - limits.before, last + limits.beyond);
+  return larger(from, (floatv)(1e-3f));
 }
 
 inline floatv search_to(const floatv t, const floatv t0, const FieldLimits limits) {
@@ -260,7 +266,7 @@ inline floatv search_to(const floatv t, const floatv t0, const FieldLimits limit
 // And it gives way where it disagrees with the field, but for convex creases, which the field rounds.
 // Where there is no field to follow, the larger share decides.
 inline void follow(const int* at, const intv listed, const int n, const Rays r,
-                   global const float* reference, global const float* trust, global float* depth,
+                   const floatv last, global const float* reference, global const float* trust, global float* depth,
                    global float* normal,
                    global int* group, global uchar* kind, global float* behind, const Cells cells,
                    global const float* weight, global const float* level_weight,
@@ -269,7 +275,7 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const floatv t0 = gather_float(reference, at), t = gather_float(depth, at);
   const intv met = t < INFINITY;
   const Carried carried = carried_by(SELECT(none, gather_float(trust, at), met));
-  const floatv from = search_from(t, t0, limits), to = search_to(t, t0, limits);
+  const floatv from = search_from(t, t0, last, limits), to = search_to(t, t0, limits);
   const intv reaches = listed & (from <= to);
   Probes probes = {weight, t, listed & met, none};
   const Crossing c =
@@ -304,9 +310,8 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   store_surface(SELECT(c.depth, share * t + rest * c.depth, both), nx, ny, nz, at, drawn,
                 n, depth, normal);
   mark_splash(at, drawn & (share <= 0.5f), group, kind);
-  if (!ANY(gone)) return;
   scatter_float(nowhere, depth, at, gone);
-  scatter_float(t0, behind, at, gone);
+  scatter_float(SELECT(nowhere, t0, gone), behind, at, listed);
 }
 
 // Leaves the samples where the field is to be followed to follow_field.
@@ -315,7 +320,7 @@ kernel void settle_samples(
     global const float* triangle,   // [samples] depth of kept triangles
     global float* reference,        // [samples] reference depth; out where rays have passed by
     TRUSTED(, trust, depth),        // of the blend; the depth in and out
-    global float* behind,           // [samples] out
+    global float* behind,           // [samples] out, but for those that are left
     global int* selected,           // [tiles][256] out, those that are left
     FIELD(cell_, weight), const Settling how) {
   const Cells cells = CELLS_OF(cell_);
@@ -350,11 +355,12 @@ kernel void settle_samples(
 kernel void follow_field(SAMPLES(const, selected, count),
                          global const float* reference,
                          SURFACE(, ),  // of the blend; in and out; kind 2 where the field shows
-                         global float* behind,  // [samples] out where nothing is found
+                         global float* behind,  // [samples] in and out
                          FIELD(cell_, weight), global const float* level_weight,
                          const Settling how) {
   const Cells cells = CELLS_OF(cell_);
   Lanes lanes[VECTORS];
+  floatv last[VECTORS];
   Around around;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors = load_work(dealt_tile(), place, selected, count + tiles_of(how.screen),
@@ -362,12 +368,14 @@ kernel void follow_field(SAMPLES(const, selected, count),
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
-      ask_for(search_from(t, t0, how.limits), search_to(t, t0, how.limits), lanes[v].used, &around);
+      last[v] = gather_float(behind, lanes[v].at);
+      ask_for(search_from(t, t0, last[v], how.limits), search_to(t, t0, how.limits), lanes[v].used,
+              &around);
       ask_for(t, t, lanes[v].used & (t < INFINITY), &around);
     }
     for (int v = 0; v < vectors; ++v)
-      follow(lanes[v].at, lanes[v].used, how.screen.nx * how.screen.ny, lanes[v].rays, reference,
-             trust, depth, normal, group, kind, behind, cells, weight, level_weight, how.limits,
+      follow(lanes[v].at, lanes[v].used, how.screen.nx * how.screen.ny, lanes[v].rays, last[v],
+             reference, trust, depth, normal, group, kind, behind, cells, weight, level_weight, how.limits,
              &around);
   }
 }
@@ -389,7 +397,7 @@ kernel void settle_points(global const float* triangle, global float* reference,
   const Verdict verdict = judge(&p, 1, triangle, reference, trust, depth, how.limits, 0);
   settle(verdict, &p, 1, r, how.limits, reference, depth, behind, cells, weight, &around);
   if (verdict.mixed)
-    follow(&p, 1, n, r, reference, trust, depth, normal, group, kind, behind, cells,
+    follow(&p, 1, n, r, INFINITY, reference, trust, depth, normal, group, kind, behind, cells,
            weight, level_weight, how.limits, &around);
 }
 #endif
@@ -427,7 +435,7 @@ inline void draw_blobs(const Lanes* lanes, const Stretch on, const int n, global
 #if WIDTH == 1
 kernel void settle_gaps(SAMPLES(const, sample, count), global const float* reference,
                         SURFACE(, ),  // in and out; kind 2 where field or splash show
-                        global float* behind,  // [samples] out where nothing is found
+                        global float* behind,  // [samples] in and out
                         EXTENT(const, from, to), FIELD(cell_, weight),
                         global const float* level_weight, const Settling how) {
   const Cells cells = CELLS_OF(cell_);
@@ -436,10 +444,10 @@ kernel void settle_gaps(SAMPLES(const, sample, count), global const float* refer
   Around around;
   for (int place = item_of_tile();; place += TILE_ITEMS) {
     if (!load_work(tile_of_group(), place, sample, count, how.screen, &lane, &around)) return;
-    const float t0 = reference[lane.at[0]], t = depth[lane.at[0]];
+    const float t0 = reference[lane.at[0]], t = depth[lane.at[0]], last = behind[lane.at[0]];
     if (t0 < INFINITY && !(t < INFINITY)) {
-      ask_for(search_from(t, t0, how.limits), search_to(t, t0, how.limits), 1, &around);
-      follow(lane.at, 1, n, lane.rays, reference, trust, depth, normal, group, kind, behind, cells,
+      ask_for(search_from(t, t0, last, how.limits), search_to(t, t0, how.limits), 1, &around);
+      follow(lane.at, 1, n, lane.rays, last, reference, trust, depth, normal, group, kind, behind, cells,
              weight, level_weight, how.limits, &around);
     }
     const Stretch on = splash_on(&lane, from, to, depth);

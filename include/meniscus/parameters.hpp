@@ -65,7 +65,7 @@ struct FitParams {
 
 /// Where there is surface (paper 2.4.1).
 struct RegionParams {
-  double reference = 2.4;         // radius of the footprint whose front is the reference depth
+  double reference = 2.6;         // radius of the footprint whose front is the reference depth
   double contour_density = 0.14;  // the surface ends where the particle density falls below this
   double blob_density = 0.229;    // level of the density field that draws splash
   double interpolation = 0.24;    // samples between others whose points lie this near each other's

@@ -12,7 +12,8 @@ namespace meniscus {
 /// Decides what each listed sample of a layer shows (kernel settle_samples): the blend where its
 /// groups are trusted and it lies on a kept triangle or in the fluid (paper 2.4.1), the levelled
 /// density field where they are not, nothing outside the fluid. Changes the surface. `behind`
-/// receives for each listed sample that has a reference but shows nothing that reference,
+/// holds, for samples that look again, the reference at which they showed nothing, else kNoSurface;
+/// it receives for each listed sample that has a reference but shows nothing that reference,
 /// kNoSurface for all other listed ones. The more disorder particles have (relax.hpp), the more
 /// blend and field may differ before the field is believed. Does not wait.
 void settle_samples(Device& device, const View& view, const SampleLists& lists,

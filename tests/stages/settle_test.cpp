@@ -87,14 +87,38 @@ TEST_P(Settle, ABlendFarBeforeTheReferenceHidesNoField) {
   EXPECT_GT(met, n_ / 10);
 }
 
+// The spheres that tell what lies behind leave gaps between particles. Samples that looked through
+// them showed what lay farther behind: holes in spray.
+TEST_P(Settle, ASampleThatLooksAgainPassesOverNoField) {
+  Layer before(n_);
+  std::vector<reference::Crossing> expected(n_);
+  for (std::size_t s = 0; s < n_; ++s) {
+    expected[s] = reference::first_crossing(scene_.ray(s), scene_.kStart, scene_.kEnd,
+                                            scene_.params.blob_density);
+    const double at = expected[s].sure && expected[s].depth < kNoSurface ? expected[s].depth : 20;
+    before.behind[s] = static_cast<float>(at - 7);
+    before.reference[s] = static_cast<float>(at + 9);
+  }
+  const Layer after = settled(device_, scene_, before, false);
+  std::size_t met = 0;
+  for (std::size_t s = 0; s < n_; ++s) {
+    if (!expected[s].sure || !(expected[s].depth < kNoSurface)) continue;
+    ++met;
+    EXPECT_NEAR(after.depth[s], expected[s].depth, expected[s].error) << "sample " << s;
+    EXPECT_EQ(after.behind[s], kNoSurface) << "sample " << s;
+  }
+  EXPECT_GT(met, n_ / 10);
+}
+
 TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   Layer before = random_layer(scene_, 3);
   before.triangle.assign(n_, kNoSurface);
+  before.behind.assign(n_, kNoSurface);
   // The points are searched two radii behind, samples four: the kernel by itself takes the same.
   const SurfaceBuffers samples = upload(device_, scene_.grid, before);
   const auto reference = upload(device_, before.reference);
   const SampleLists lists = list_samples(device_, scene_.grid, reference);
-  const auto behind = allocate<float>(device_, n_);
+  const auto behind = filled<float>(device_, n_, kNoSurface);
   SampleLists left = lists;
   left.sample = allocate<cl_int>(device_, lists.sample.size);
   const records::Settling how{screen_of(scene_.view, scene_.grid),
@@ -135,10 +159,10 @@ TEST_P(Settle, GapsAndSplashAtOnceGiveTheBitsOfOneAfterTheOther) {
     draw(surface, list_samples(device_, scene_.grid, reference));
     return download(device_, before, surface);
   };
-  const auto triangles = upload(device_, before.triangle), behind = upload(device_, before.behind);
+  const auto triangles = upload(device_, before.triangle);
   const auto settle = [&](const SurfaceBuffers& surface, const SampleLists& lists) {
     settle_samples(device_, scene_.view, lists, scene_.cells, scene_.levelled, triangles, reference,
-                   surface, behind, scene_.params, scene_.kDisorder, true);
+                   surface, upload(device_, before.behind), scene_.params, scene_.kDisorder, true);
   };
   const Layer filled = drawn(settle);
   const Layer expected = drawn([&](const SurfaceBuffers& surface, const SampleLists& lists) {
@@ -147,7 +171,7 @@ TEST_P(Settle, GapsAndSplashAtOnceGiveTheBitsOfOneAfterTheOther) {
   });
   const Layer actual = drawn([&](const SurfaceBuffers& surface, const SampleLists& lists) {
     settle_gaps(device_, scene_.view, lists, scene_.cells, scene_.levelled, triangles, reference,
-                extent, surface, behind, scene_.params, scene_.kDisorder);
+                extent, surface, upload(device_, before.behind), scene_.params, scene_.kDisorder);
   });
   std::size_t gaps = 0, splash = 0;
   for (std::size_t s = 0; s < n_; ++s) {

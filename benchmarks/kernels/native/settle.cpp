@@ -179,21 +179,25 @@ void settle(const Settle& in, const Verdict& v, const Lanes& lanes, Around& arou
             (density_on(in.cells, in.weight, lanes.rays, v.t, v.doubted, around) < v.contour);
   scatter(all(kNowhere), in.depth, lanes.at, gone);
   scatter(v.t + 2.0f * in.before, in.reference, lanes.at, v.passed);
-  scatter(gone ? v.t0 : all(kNowhere), in.behind, lanes.at, lanes.used);
+  scatter(gone ? v.t0 : all(kNowhere), in.behind, lanes.at, lanes.used & ~v.mixed);
+}
+
+Floats search_from(const Follow& in, const Floats& t, const Floats& t0, const Floats& last) {
+  return larger(smaller(smaller(t, t0) - in.search, last + in.beyond), all(1e-3f));
 }
 
 Floats search_to(const Floats& t, const Floats& t0, float beyond) {
   return (t < kNowhere ? larger(t, t0) : t0) + beyond;
 }
 
-void follow(const Follow& in, const Lanes& lanes, Around& around) {
+void follow(const Follow& in, const Lanes& lanes, const Floats& last, Around& around) {
   const std::int32_t* const at = lanes.at;
   const Rays& r = lanes.rays;
   const Floats none{}, one = all(1.0f);
   const Floats t0 = gather(in.reference, at), t = gather(in.depth, at);
   const Ints met = t < kNowhere;
   const Trust trust(met ? gather(in.trust, at) : none);
-  const Floats from = larger(smaller(t, t0) - in.search, all(1e-3f));
+  const Floats from = search_from(in, t, t0, last);
   const Floats to = search_to(t, t0, in.beyond);
   const Ints reaches = lanes.used & (from <= to);
   Probes probes{in.weight, t, lanes.used & met, none};
@@ -235,7 +239,7 @@ void follow(const Follow& in, const Lanes& lanes, Around& around) {
   scatter(Ints{} - 1, in.group, at, splash);
   scatter(Ints{} + 2, in.kind, at, splash);
   scatter(all(kNowhere), in.depth, at, gone);
-  scatter(t0, in.behind, at, gone);
+  scatter(gone ? t0 : all(kNowhere), in.behind, at, lanes.used);
 }
 
 }  // namespace
@@ -266,17 +270,19 @@ void settle_samples(const Settle& in, std::size_t begin, std::size_t end) {
 
 void follow_field(const Follow& in, std::size_t begin, std::size_t end) {
   Lanes lanes[kVectors];
+  Floats last[kVectors];
   Around around;
   for (int tile = static_cast<int>(begin); tile < static_cast<int>(end); ++tile)
     for (int place = 0; place < in.lists.count[tile]; place += kTakes) {
       const int vectors = load_work(in.lists, tile, place, lanes, around);
       for (int v = 0; v < vectors; ++v) {
         const Floats t0 = gather(in.reference, lanes[v].at), t = gather(in.depth, lanes[v].at);
-        ask_for(larger(smaller(t, t0) - in.search, all(1e-3f)), search_to(t, t0, in.beyond),
-                lanes[v].used, around);
+        last[v] = gather(in.behind, lanes[v].at);
+        ask_for(search_from(in, t, t0, last[v]), search_to(t, t0, in.beyond), lanes[v].used,
+                around);
         ask_for(t, t, lanes[v].used & (t < kNowhere), around);
       }
-      for (int v = 0; v < vectors; ++v) follow(in, lanes[v], around);
+      for (int v = 0; v < vectors; ++v) follow(in, lanes[v], last[v], around);
     }
 }
 

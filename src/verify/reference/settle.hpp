@@ -236,6 +236,7 @@ inline double agreement(double apart, double alike, double disorder) {
 struct LayerSample {
   double triangle = kNowhere;   // depth of the kept triangles
   double reference = kNowhere;  // of the visible particles' footprints
+  double last = kNowhere;       // the reference of the look before, which found nothing
   double depth = kNowhere;      // of the blend
   double trust = 0;             // 0 .. 1
   bool on_edge = false;         // a convex one
@@ -271,8 +272,9 @@ inline void face_eye(const Vec3d& direction, Vec3d* normal, double* error) {
 /// is at most 3 radii away or where the density reaches the contour; beyond an edge it stays on a
 /// triangle alone. Where they are not, or there is no blend, the field is followed from 2 radii
 /// before the blend or the reference, whichever is nearer, to `beyond` behind the farther of both,
-/// and both are mixed. Where it is not crossed, the larger share
-/// decides. With `only_gaps` nothing but samples without a blend change.
+/// and both are mixed. A sample that looks again follows it from `beyond` behind its last
+/// reference. Where it is not crossed, the larger share decides. With `only_gaps` nothing but
+/// samples without a blend change.
 inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour, double level,
                      double disorder, double beyond, bool only_gaps) {
   Shown shown, nothing, unsure;
@@ -295,7 +297,7 @@ inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour
       return density < needed ? nothing : shown;
     }
   }
-  const double from = std::max(std::min(s.depth, s.reference) - 2, 1e-3);
+  const double from = std::max(std::min(std::min(s.depth, s.reference) - 2, s.last + beyond), 1e-3);
   const Crossing c = first_crossing(
       ray, from, (met ? std::max(s.depth, s.reference) : s.reference) + beyond, level);
   if (!c.sure) return unsure;

@@ -34,8 +34,12 @@ void see(const Layer& before, const Layer& after, std::size_t s, const reference
   };
   seen->reference.see(after.reference[s],
                       expected.passed ? before.depth[s] + 4 : before.reference[s], 0);
+  const bool listed = before.reference[s] < kNoSurface;
   seen->behind.see(after.behind[s],
-                   expected.what == Shown::nothing ? before.reference[s] : before.behind[s], 0);
+                   expected.what == Shown::nothing ? before.reference[s]
+                   : listed                        ? kNoSurface
+                                                   : before.behind[s],
+                   0);
   if (expected.what == Shown::nothing) return seen->depth.see(after.depth[s], kNoSurface, 0);
   if (expected.what == Shown::as_before) {
     seen->depth.see(after.depth[s], before.depth[s], 0);
@@ -73,6 +77,7 @@ void see_samples(Device& device, const FieldScene& scene, const Layer& before, b
 void see_points(Device& device, const FieldScene& scene, Layer before, Seen* seen) {
   const std::size_t n = before.size();
   before.triangle.assign(n, kNoSurface);
+  before.behind.assign(n, kNoSurface);
   Layer after = settled_at_points(device, scene, before);
   for (std::size_t s = 0; s < n; ++s) {
     const reference::FieldOnRay ray = scene.ray(s);

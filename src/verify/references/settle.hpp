@@ -113,6 +113,7 @@ struct Layer {
     reference::LayerSample sample;
     sample.triangle = triangle[s];
     sample.reference = reference[s];
+    sample.last = behind[s];
     sample.depth = depth[s];
     sample.passed = trust[s] >= records::kPassed;
     sample.ended = trust[s] >= records::kEnded;
@@ -127,7 +128,7 @@ struct Layer {
 };
 
 /// Blends, references and triangles at random around where rays meet the field, and elsewhere;
-/// every kind of trust.
+/// every kind of trust. A quarter of the samples looks again.
 inline Layer random_layer(const FieldScene& scene, unsigned seed) {
   Random random(seed);
   const std::size_t n = scene.grid.size();
@@ -163,6 +164,9 @@ inline Layer random_layer(const FieldScene& scene, unsigned seed) {
     if (chance(0.1)) layer.reference[s] = kNoSurface;
     if (chance(0.4)) layer.triangle[s] = kNoSurface;
   }
+  for (std::size_t s = 0; s < n; ++s)
+    if (random(0, 1) < 0.25 && layer.reference[s] < kNoSurface)
+      layer.behind[s] = static_cast<float>(layer.reference[s] - random(3, 12));
   return layer;
 }
 
