@@ -26,8 +26,9 @@ offered() {
     [[ $(LC_ALL=C apt-cache policy "$package") != *"Candidate: "[0-9]* ]] || echo "$package"
   done
 }
-# Nothing to install where the package lists are there and have none of them.
-if [[ -z $(offered) ]] && compgen -G "/var/lib/apt/lists/*_Packages*" >/dev/null; then
+# Nothing to install where the release's package lists are there and have none of them. All releases have g++; a list
+# of another archive alone does not.
+if [[ -z $(offered) && -n $(apt-cache madison g++ 2>/dev/null) ]]; then
   echo "setup: this release has no package ${missing[*]}; going on without"
   exit 0
 fi
@@ -36,7 +37,9 @@ as_root=()
 if ((EUID != 0)); then
   if ! command -v sudo >/dev/null; then
     echo "setup: packages are missing and there is no sudo. As root, run:" >&2
-    echo "setup:   apt-get update && apt-get install ${missing[*]}" >&2
+    mapfile -t wanted < <(offered)
+    ((${#wanted[@]})) || wanted=("${missing[@]}")
+    echo "setup:   apt-get update && apt-get install ${wanted[*]}" >&2
     exit 1
   fi
   as_root=(sudo)
