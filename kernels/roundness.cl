@@ -128,11 +128,12 @@ inline void add_told(Side* side, const Told t, const floatv share) {
   side->nz = fma(w, t.gz, side->nz);
 }
 
-// Three values a particle, means over the trial fits of its neighbours within `reach`:
+// Four values a particle. Three are means over the trial fits of its neighbours within `reach`:
 // - the squared distance of the particle from the wide ones;
 // - from the narrow ones in two sheets that meet as in blend_at, in max(f_A, f_B) where they are convex
 //   and in min where they are concave;
-// - how far it bends: 1 - n_i.n_j of the wide ones' normals.
+// - how far it bends: 1 - n_i.n_j of the wide ones' normals;
+// the last is how far its own trials turn apart: 1 - n.n' of the wide one's and the narrow one's normals.
 // All are 0 where no neighbour has a fit. They go into the sheet of the wide fits.
 kernel void measure_evidence(global const float4* place,   // [n + 1]
                              global const float4* normal,  // [2][n + 1] as the trials left them
@@ -167,6 +168,8 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
   scatter_float(bend / larger(total, tiny), value + 2 * fits, item, used);
 
   const Particles own = load_particles(place, narrow.normal, particle + lane);
+  const floatv apart = 1.0f - (around.nx * own.nx + around.ny * own.ny + around.nz * own.nz);
+  scatter_float(SELECT(none, apart, total > 0.0f), value + 3 * fits, item, used);
   // The gradient that dominates: that of the heaviest after two rounds of mean shift.
   floatv best = none, ax = none, ay = none, az = none;
   Told kept[KEPT];

@@ -7,7 +7,7 @@
 typedef struct {
   Cells cells;
   int n;
-  int values;                  // 1 or 3
+  int values;                  // 1, 3 or 4
   global const float* normal;  // [3][n] in bucket order
   global const float* share;   // [n]
   global const float* value;   // [values][n]
@@ -21,7 +21,7 @@ typedef struct {
 
 // Sums of the weights of fits, and of what they weigh; or means.
 typedef struct {
-  floatv weight, a, b, c;
+  floatv weight, a, b, c, d;
 } Sums;
 
 // Adds the listed fits to the sums of those that ask.
@@ -41,6 +41,8 @@ inline void add_fits(const Fits fits, const int* item, const int count, const As
     if (fits.values == 1) continue;
     sums.b += w * fits.value[n + p];
     sums.c += w * fits.value[2 * n + p];
+    if (fits.values == 3) continue;
+    sums.d += w * fits.value[3 * n + p];
   }
   *result = sums;
 }
@@ -51,7 +53,7 @@ inline Sums means_around(const Fits fits, const Together own, const Asking at) {
   const Cells cells = fits.cells;
   const floatv none = (floatv)(0.0f);
   const Box box = box_of(at.x, at.y, at.z, own.used);
-  Sums sums = {none, none, none, none};
+  Sums sums = {none, none, none, none, none};
   int item[AT_A_TIME + 2 * WIDTH], count = 0;
   for (int k = -1; k <= 1; ++k)
     for (int j = -1; j <= 1; ++j) {
@@ -71,7 +73,8 @@ inline Sums means_around(const Fits fits, const Together own, const Asking at) {
     }
   add_fits(fits, item, count, at, &sums);
   const floatv scale = SELECT(none, 1.0f / sums.weight, sums.weight > 0.0f);
-  const Sums means = {sums.weight, sums.a * scale, sums.b * scale, sums.c * scale};
+  const Sums means = {sums.weight, sums.a * scale, sums.b * scale, sums.c * scale,
+                      sums.d * scale};
   return means;
 }
 
@@ -117,14 +120,19 @@ inline floatv without_noise(const floatv square, const float noise) {
   return larger(square - noise, smaller(square, (floatv)(0.011f)));
 }
 
-// 2 ln(two + .02) - 4 ln(one + .002) + 1.5 ln(bend + .002), by one logarithm. What noise leaves of each,
-// .002, keeps it finite. How well two sheets follow says little: they follow a rounded edge, too; how badly
-// they do says that there are none. So their noise is higher. And where they miss their particles by more
-// than .22 radii (the root of .05) they draw shards instead of an edge, however badly one quadric follows:
-// 45 times what lies above is added. Orderly creases have half of .05; irregular particles, whose noise was
-// taken away, leave more.
-inline floatv score_of(const floatv one, const floatv two, const floatv bend, const float noise) {
-  const floatv o = one + 0.002f, t = two + 0.02f, b = bend + 0.002f, o2 = o * o;
+// 2 ln(two + 1.5 apart + .02) - 4 ln(one + .002) + 1.5 ln(min(bend, .12) + .002), by one logarithm. What
+// noise leaves of each, .002, keeps it finite. How well two sheets follow says little: they follow a rounded
+// edge, too; how badly they do says that there are none. So their noise is higher. Beside a sharp edge both
+// trials have much the same normals; along an edge that is rounded or in pieces they turn apart, by 1.5
+// apart as much as two sheets miss. Acute edges bend by more than .12, drops and rims, too, whose one is
+// small: what is more says nothing. And where two sheets miss their particles by more than .22 radii (the
+// root of .05) they draw shards instead of an edge, however badly one quadric follows: 45 times what lies
+// above is added. Orderly creases have half of .05; irregular particles, whose noise was taken away, leave
+// more.
+inline floatv score_of(const floatv one, const floatv two, const floatv bend, const floatv apart,
+                       const float noise) {
+  const floatv o = one + 0.002f, t = two + 1.5f * apart + 0.02f, o2 = o * o;
+  const floatv b = smaller(bend, (floatv)(0.12f)) + 0.002f;
   const floatv missed = larger(two - (0.05f + 2.0f * noise), (floatv)(0.0f));
   return logarithm(t * t * (b * sqrt(b)) / (o2 * o2)) + 45.0f * missed;
 }
@@ -144,7 +152,7 @@ kernel void score_bends(CELLS(cell_), global const float* normal,  // as for ave
                         IN_SHEET(to, toward, bent_share, bent_value),  // [fits]
                         const BendScores by) {
   const int n = by.fits;
-  const Fits fits = {CELLS_OF(cell_), n, 3, normal, share, value, by.near};
+  const Fits fits = {CELLS_OF(cell_), n, 4, normal, share, value, by.near};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   for (int first = begin; first < end;) {
     const Together own = particles_together(fits.cells, SPAN, first, end, n);
@@ -152,7 +160,7 @@ kernel void score_bends(CELLS(cell_), global const float* normal,  // as for ave
     const Sums means = means_around(fits, own, at);
     const floatv bend = means.c, bends = smooth_step(0.005f, 0.02f, bend);
     const floatv score = score_of(without_noise(means.a, by.noise), without_noise(means.b, by.noise),
-                                  bend, by.noise) +
+                                  bend, means.d, by.noise) +
                          by.rounder;
     int place[WIDTH];
     STOREI(LOADI(to + first), place);
@@ -191,7 +199,7 @@ kernel void tell_roundness(global float* surface,  // [particles][4] normals, in
     const Together own =
         those_together(fits.cells, SPAN, LOADI(item), at.x, at.y, at.z, count - first);
     const Sums means = means_around(fits, own, at);
-    const floatv round = gather_float(value + n, item) * smooth_step(1.72f, 1.78f, means.a);
+    const floatv round = gather_float(value + n, item) * smooth_step(2.20f, 2.26f, means.a);
     int of[WIDTH];
     for (int l = 0; l < WIDTH; ++l) of[l] = 4 * particle[item[l]] + 3;
     scatter_float(round, surface, of, own.used);

@@ -24,8 +24,9 @@ constexpr double kOfDisorder = 0.045;
 // Where it does, an edge that is told wrong is better round than in pieces.
 constexpr double kRounder = 0.3, kRoundest = 1;
 
-// What is found of the evidence, in the sheet of the wide fits: one quadric, two sheets, bend.
-constexpr int kValues = 3;
+// What is found of the evidence, in the sheet of the wide fits: one quadric, two sheets, bend, and
+// how far the trials turn apart.
+constexpr int kValues = 4;
 
 // Makes the trial fits, the wide ones and the narrow ones, and puts their evidence into the sheet.
 void compare_trials(Device& device, const FitSurface& surface, const FitNeighbours& neighbours,
@@ -101,7 +102,7 @@ Evidence measure_evidence(Device& device, const FitSurface& surface, const Trial
                           const FitParams& params, const BlendParams& blend) {
   const std::size_t count = trials.to.size;
   const std::vector<float> none(count);
-  Evidence evidence{none, none, none, std::vector<Vec3d>(count), none};
+  Evidence evidence{none, none, none, none, std::vector<Vec3d>(count), none};
   if (count == 0) return evidence;
   const LaneSheet sheet(device, trials.neighbours.sheet, kValues);
   compare_trials(device, surface, trials.neighbours, params, blend, sheet);
@@ -115,6 +116,7 @@ Evidence measure_evidence(Device& device, const FitSurface& surface, const Trial
     evidence.one[k] = value[p];
     evidence.two[k] = value[count + p];
     evidence.bend[k] = value[2 * count + p];
+    evidence.apart[k] = value[3 * count + p];
   }
   return evidence;
 }

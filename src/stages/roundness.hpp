@@ -43,6 +43,7 @@ struct Evidence {
   std::vector<float> one;     // [n] squared distance of wide fits, radii^2
   std::vector<float> two;     // [n] of narrow fits in two sheets, radii^2
   std::vector<float> bend;    // [n] 1 - n.n' of the wide fits
+  std::vector<float> apart;   // [n] 1 - n.n' of the particle's own two trials
   std::vector<Vec3d> normal;  // [n] unit, of the wide fits
   std::vector<float> share;   // [n] u, as far as it tells (Visible::tells); 0 without a wide fit
 };
@@ -54,7 +55,7 @@ Evidence measure_evidence(Device& device, const FitSurface& surface, const Trial
 /// Makes and compares the trial fits, and scores what they say: with the means of the evidence over
 /// the sheet within 5,
 ///
-///   score = 2 ln(two + .02) - 4 ln(one + .002) + 1.5 ln(bend + .002)
+///   score = 2 ln(two + 1.5 apart + .02) - 4 ln(one + .002) + 1.5 ln(min(bend, .12) + .002)
 ///           + 45 max(two - .05 - 2 a, 0) + b,
 ///
 /// and how far it bends, smoothstep(.005, .02, bend), as the two values of a sheet in the cells of
@@ -67,7 +68,7 @@ SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlac
 
 /// Puts the roundness of each particle that is tried, 0 .. 1, behind its normal (FitRecords): 0
 /// where two sheets meet or the surface is flat, 1 where one quadric goes round a bend. With the
-/// mean score of the bent places within 40: smoothstep(1.72, 1.78, score) as far as it bends
+/// mean score of the bent places within 40: smoothstep(2.20, 2.26, score) as far as it bends
 /// (kernel tell_roundness). Does not wait. Throws DeviceError.
 void tell_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
                     const FitSurface& surface);

@@ -87,6 +87,7 @@ TEST_P(Roundness, EvidenceMatchesTheReference) {
     for (std::size_t k = 0; k < scene.seen.index.size(); ++k) {
       EXPECT_NEAR(evidence.one[k], reference::one_quadric(wide, k), kEvidenceBound);
       EXPECT_NEAR(evidence.bend[k], reference::bend_of(wide, k), kEvidenceBound);
+      EXPECT_NEAR(evidence.apart[k], 1 - dot(wide[k].normal, narrow[k].normal), kEvidenceBound);
       EXPECT_EQ(evidence.normal[k], wide[k].normal);
       const double expected = reference::two_sheets(narrow, k);
       ++all;

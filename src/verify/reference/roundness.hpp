@@ -126,7 +126,7 @@ struct ScoredBend {
 /// Of means of the evidence at it. `share` is its own; irregular particles have `noise`, radii^2,
 /// and scores that are higher by `rounder`.
 inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const SheetMean& bend,
-                              double share, double noise, double rounder) {
+                              const SheetMean& apart, double share, double noise, double rounder) {
   const auto orderly = [&](double square) {
     return std::max(square - noise, std::min(square, 0.011));
   };
@@ -135,10 +135,12 @@ inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const 
   };
   const Estimate all[] = {
       passed_on({orderly(one.mean), one.error + kEpsilon * one.mean}, logarithm(-4, 0.002)),
-      passed_on({orderly(two.mean), two.error + kEpsilon * two.mean}, logarithm(2, 0.02)),
+      passed_on({orderly(two.mean) + 1.5 * apart.mean,
+                 two.error + 1.5 * apart.error + kEpsilon * (two.mean + apart.mean)},
+                logarithm(2, 0.02)),
       passed_on({orderly(two.mean), two.error + kEpsilon * two.mean},
                 [&](double x) { return 45 * std::max(x - (0.05 + 2 * noise), 0.0); }),
-      passed_on({bend.mean, bend.error}, logarithm(1.5, 0.002))};
+      passed_on({std::min(bend.mean, 0.12), bend.error}, logarithm(1.5, 0.002))};
   ScoredBend scored;
   for (const Estimate& part : all) {
     scored.score.value += part.value;
@@ -157,7 +159,7 @@ inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const 
 /// The roundness of a fit that bends so far, of the mean score around.
 inline Estimate roundness_of(const SheetMean& score, double bends) {
   return passed_on({score.mean, score.error},
-                   [&](double x) { return bends * smooth_step(1.72, 1.78, x); });
+                   [&](double x) { return bends * smooth_step(2.20, 2.26, x); });
 }
 
 }  // namespace meniscus::reference

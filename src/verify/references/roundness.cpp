@@ -44,9 +44,10 @@ void see_bends(Device& device, int size, double noise, double disorder, BendErro
                                    values, k, weights);
     };
     const auto one = mean(evidence.one, kNear), two = mean(evidence.two, kNear),
-               bend = mean(evidence.bend, kNear);
+               bend = mean(evidence.bend, kNear), apart = mean(evidence.apart, kNear);
     if (!tells(one)) continue;
-    const auto expected = reference::scored_bend(one, two, bend, evidence.share[k], added, rounder);
+    const auto expected =
+        reference::scored_bend(one, two, bend, apart, evidence.share[k], added, rounder);
     worst.share.see(scored.share[k], expected.share.value, expected.share.error, 1);
     worst.score.see(scored.score[k], expected.score.value, expected.score.error, 1);
     worst.bends.see(scored.bends[k], expected.bends.value, expected.bends.error, 1);
@@ -61,7 +62,7 @@ void see_bends(Device& device, int size, double noise, double disorder, BendErro
 
 ReferenceErrors roundness_case(Device& device, int size) {
   Worst one("measure_evidence", "one quadric"), two("measure_evidence", "two sheets"),
-      bend("measure_evidence", "bend");
+      bend("measure_evidence", "bend"), apart("measure_evidence", "apart");
   for (const auto& surface : {hills, roof}) {
     const FittedSurface scene = fitted_surface(field(size, 2, surface));
     const Evidence evidence = evidence_of(device, scene);
@@ -71,6 +72,7 @@ ReferenceErrors roundness_case(Device& device, int size) {
     for (std::size_t k = 0; k < scene.seen.index.size(); ++k) {
       one.see(evidence.one[k], reference::one_quadric(wide, k), kEvidenceBound);
       bend.see(evidence.bend[k], reference::bend_of(wide, k), kEvidenceBound);
+      apart.see(evidence.apart[k], 1 - dot(wide[k].normal, narrow[k].normal), kEvidenceBound);
       const double expected = reference::two_sheets(narrow, k);
       const double moved = std::abs(reference::two_sheets(near_narrow, k) - expected);
       if (moved > kEvidenceBound) continue;
@@ -81,8 +83,8 @@ ReferenceErrors roundness_case(Device& device, int size) {
   // Each factor of the two kernels tells at two of these.
   for (const double noise : {0.25, 0.5, 0.6})
     for (const double disorder : {0.0, 1.5}) see_bends(device, size, noise, disorder, bends);
-  return {one.error(),         two.error(),         bend.error(),       bends.share.error(),
-          bends.score.error(), bends.bends.error(), bends.round.error()};
+  return {one.error(),         two.error(),         bend.error(),        apart.error(),
+          bends.share.error(), bends.score.error(), bends.bends.error(), bends.round.error()};
 }
 
 }  // namespace meniscus::verify
