@@ -412,7 +412,8 @@ kernel void find_noise(global const float* residual,  // [fits]
 //     e = max(0.005, smoothstep(0.3, 0.9, (c + sum of q smoothstep(0.72, 0.95, a_ij)) /
 //                                         (c + sum of q))),    c = 0.01 u_i
 //   where a_ij goes from n_i.n_j at roundness 0, between two sheets, to g_i(x_j).n_j at roundness 1,
-//   g_i the fit's unit gradient: round surroundings agree with the quadric, not with one normal;
+//   g_i the fit's unit gradient: round surroundings agree with the quadric, not with one normal; a fit
+//   off which its own particles lie keeps 1 - 0.9 (1 - roundness) smoothstep(0.38, 0.55, residual / tau);
 // - its firmness, which tells what can be trusted: agreement within a narrower angle, with the particle
 //   itself:
 //     max(0.005, smoothstep(0.7, 1.0, (u_i + sum of q smoothstep(0.85, 0.95, a_ij)) /
@@ -492,7 +493,9 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   const floatv least = larger(face, (floatv)(0.0005f)), rest = one - bevel;
   const floatv counts = by.groups ? LOADF(telling + lane) : one;
   const floatv firmness = counts * larger(agreed * rest, least);
-  STOREF(counts * larger(edge_of(own.u, near, agree) * rest, least), rows + lane);
+  // One that its own particles lie off lies across an edge, and may agree with others that do.
+  const floatv across = 0.9f * (one - roundness) * smooth_step(0.38f, 0.55f, off * inverse_tau);
+  STOREF(counts * larger(edge_of(own.u, near, agree) * rest * (one - across), least), rows + lane);
   STOREF(firmness, rows + lanes + lane);
   STOREF(spread, rows + 2 * lanes + lane);
   STOREF(number, rows + 3 * lanes + lane);

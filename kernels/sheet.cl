@@ -123,16 +123,15 @@ inline floatv without_noise(const floatv square, const float noise) {
 // 2 ln(two + 1.5 apart + .02) - 4 ln(one + .002) + 1.5 ln(min(bend, .12) + .002), by one logarithm. What
 // noise leaves of each, .002, keeps it finite. How well two sheets follow says little: they follow a rounded
 // edge, too; how badly they do says that there are none. So their noise is higher. Beside a sharp edge both
-// trials have much the same normals; along an edge that is rounded or in pieces they turn apart, by 1.5
-// apart as much as two sheets miss. Acute edges bend by more than .12, drops and rims, too, whose one is
-// small: what is more says nothing. And where two sheets miss their particles by more than .22 radii (the
-// root of .05) they draw shards instead of an edge, however badly one quadric follows: 45 times what lies
-// above is added. Orderly creases have half of .05; irregular particles, whose noise was taken away, leave
-// more.
+// trials of a particle have much the same normal; along an edge that is rounded, or in pieces, they turn
+// apart. An acute edge bends as drops do, by more than .12. What is more says nothing; irregular particles
+// bend by more. Where two sheets miss their particles by more than .22 radii (the root of .05) they draw
+// shards instead of an edge, however badly one quadric follows: 45 times what lies above is added. Orderly
+// creases have half of .05; irregular particles, whose noise was taken away, leave more.
 inline floatv score_of(const floatv one, const floatv two, const floatv bend, const floatv apart,
                        const float noise) {
   const floatv o = one + 0.002f, t = two + 1.5f * apart + 0.02f, o2 = o * o;
-  const floatv b = smaller(bend, (floatv)(0.12f)) + 0.002f;
+  const floatv b = smaller(bend, (floatv)(0.12f + 10.0f * noise)) + 0.002f;
   const floatv missed = larger(two - (0.05f + 2.0f * noise), (floatv)(0.0f));
   return logarithm(t * t * (b * sqrt(b)) / (o2 * o2)) + 45.0f * missed;
 }

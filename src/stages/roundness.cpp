@@ -22,7 +22,7 @@ constexpr double kOfDisorder = 0.045;
 
 // How far disorders of 1 and 2 raise scores. Noise hides what tells a sharp edge from a round one.
 // Where it does, an edge that is told wrong is better round than in pieces.
-constexpr double kRounder = 0.3, kRoundest = 1;
+constexpr double kRounder = 0.6, kRoundest = 1.3;
 
 // What is found of the evidence, in the sheet of the wide fits: one quadric, two sheets, bend, and
 // how far the trials turn apart.

@@ -55,14 +55,14 @@ Evidence measure_evidence(Device& device, const FitSurface& surface, const Trial
 /// Makes and compares the trial fits, and scores what they say: with the means of the evidence over
 /// the sheet within 5,
 ///
-///   score = 2 ln(two + 1.5 apart + .02) - 4 ln(one + .002) + 1.5 ln(min(bend, .12) + .002)
+///   score = 2 ln(two + 1.5 apart + .02) - 4 ln(one + .002) + 1.5 ln(min(bend, B) + .002)
 ///           + 45 max(two - .05 - 2 a, 0) + b,
 ///
 /// and how far it bends, smoothstep(.005, .02, bend), as the two values of a sheet in the cells of
 /// `trials`; bends of about .04 count most, where nothing bends nothing does (kernel score_bends).
 /// Irregular particles miss any surface: both squares are less by a = .045 d (1 - d/2), d their
-/// disorder (relax.hpp) up to 1, down to .011. They count as rounder: b is .3 d^1.5 up to d = 1 and
-/// goes to 1 at d = 2. Does not wait. Throws DeviceError.
+/// disorder (relax.hpp) up to 1, down to .011. They bend by more: B is .12 + 10 a. They count as
+/// rounder: b is .6 d^1.5 up to d = 1 and goes to 1.3 at d = 2. Does not wait. Throws DeviceError.
 SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlaces& trials,
                       const FitParams& params, const BlendParams& blend, double disorder = 0);
 

@@ -108,8 +108,9 @@ struct Measured {
 /// For n_i.n_j stands, by the roundness, the product of n_j and the quadric's unit gradient at j. A
 /// bevel, (1 - smoothstep(.8, 1, share of F)) (1 - roundness) smoothstep(.4, .55, spread - 2
 /// residual), leaves of e and F what it is not; a face has at least .2 (1 - roundness) (1 -
-/// smoothstep(.1, .3, spread)) of both; all have at least .0005. `quadric` is that of the fit with
-/// its offset, `residual` the kernel's own, which residual_of checks; `params` is that of
+/// smoothstep(.1, .3, spread)) of both; all have at least .0005. A fit that lies across an edge
+/// keeps 1 - .9 (1 - roundness) smoothstep(.38, .55, residual / tau) of e. `quadric` is that of the
+/// fit with its offset, `residual` the kernel's own, which residual_of checks; `params` is that of
 /// round_params.
 inline Measured measure(const Surroundings& all, std::size_t i, double rho,
                         const std::array<float, 10>& quadric, double residual,
@@ -153,7 +154,8 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
   if (is_between(found.spread - 2 * residual, 0.4, 0.55)) found.steepness += 1.5 / 0.15;
   if (found.spread - 2 * residual > 0.4 - 1e-3) found.slope += 1.5 / 0.2;
   if (is_between(found.spread, 0.1, 0.3)) found.steepness += 0.2 * 1.5 / 0.2;
-  found.edge = std::max(least, found.agreement * (1 - bevel));
+  const double across = 0.9 * (1 - roundness) * smooth_step(0.38, 0.55, residual / params.tau);
+  found.edge = std::max(least, found.agreement * (1 - bevel) * (1 - across));
   found.firmness = std::max(least, firmness * (1 - bevel));
   return found;
 }

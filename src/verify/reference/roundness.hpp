@@ -140,7 +140,7 @@ inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const 
                 logarithm(2, 0.02)),
       passed_on({orderly(two.mean), two.error + kEpsilon * two.mean},
                 [&](double x) { return 45 * std::max(x - (0.05 + 2 * noise), 0.0); }),
-      passed_on({std::min(bend.mean, 0.12), bend.error}, logarithm(1.5, 0.002))};
+      passed_on({std::min(bend.mean, 0.12 + 10 * noise), bend.error}, logarithm(1.5, 0.002))};
   ScoredBend scored;
   for (const Estimate& part : all) {
     scored.score.value += part.value;

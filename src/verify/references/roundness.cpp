@@ -36,7 +36,7 @@ void see_bends(Device& device, int size, double noise, double disorder, BendErro
     position.push_back(scene.projected.eye(static_cast<std::size_t>(i)));
   const ScoredBends scored = scored_bends(device, scene, disorder);
   const double most = std::min(disorder, 1.0), added = 0.045 * most * (1 - most / 2),
-               rounder = 0.3 * most * std::sqrt(most) + 0.7 * (disorder - most);
+               rounder = 0.6 * most * std::sqrt(most) + 0.7 * (disorder - most);
   for (std::size_t k = 0; k < n; ++k) {
     const auto mean = [&](const std::vector<float>& values, const SheetWeights& weights) {
       const bool far = &weights == &kFar;
