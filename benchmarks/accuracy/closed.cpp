@@ -172,6 +172,8 @@ ClosedFigures measure_closed(const Scene& scene, double true_volume, const Mesh&
     within.push_back({s.angle, s.area});
   }
   figures.distance_rms = std::sqrt(sum / weight);
+  for (const Weighed& d : distances)
+    figures.distance_most = std::max(figures.distance_most, d.value);
   figures.distance_999 = percentile_of(std::move(distances), 0.999);
   figures.within_median = percentile_of(within, 0.5);
   figures.within_95 = percentile_of(std::move(within), 0.95);

@@ -19,6 +19,7 @@ struct ClosedFigures {
   std::int64_t bubbles = 0;                 // of these, pieces that enclose air
   double distance_rms = 0;                  // of the mesh from the truth
   double distance_999 = 0;                  // 99.9th percentile
+  double distance_most = 0;                 // of the farthest place
   double normal_median = 0, normal_95 = 0;  // degrees, vertices' normals
   double within_median = 0, within_95 = 0;  // the same within triangles, interpolated
   double crease_rms = 0;                    // distance near creases; NaN: there are none

@@ -26,6 +26,7 @@ void print(const std::string& scene, const std::string& method, const ClosedFigu
   std::printf("%-12s %-12s", scene.c_str(), method.c_str());
   cell(4, f.distance_rms);
   cell(3, f.distance_999);
+  cell(2, f.distance_most);
   cell(2, f.normal_median);
   cell(2, f.normal_95);
   cell(2, f.within_median);
@@ -44,9 +45,10 @@ using Methods = std::vector<std::pair<std::string, Make>>;
 
 void measure_setting(const Methods& methods, const ScenesOptions& scenes, const Setup& setup,
                      const std::string& meshes, const std::string& prefix) {
-  std::printf("%-12s %-12s %8s %8s %8s %8s %8s %8s %8s %8s %8s %5s %5s %5s %5s %5s %7s\n", "scene",
-              "method", "distance", "99.9 %", "normal", "95 %", "within", "95 %", "crease",
-              "volume%", "triangl.", "open", "edges", "fans", "piece", "bubbl", "ms");
+  std::printf("%-12s %-12s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s %5s %5s %5s %5s %5s %7s\n",
+              "scene", "method", "distance", "99.9 %", "farthest", "normal", "95 %", "within",
+              "95 %", "crease", "volume%", "triangl.", "open", "edges", "fans", "piece", "bubbl",
+              "ms");
   std::vector<ClosedFigures> sum(methods.size());
   std::vector<double> seconds(methods.size(), 0.0), of_creases(methods.size(), 0.0);
   double count = 0;
@@ -72,6 +74,7 @@ void measure_setting(const Methods& methods, const ScenesOptions& scenes, const 
         ClosedFigures& s = sum[m];
         s.distance_rms += f.distance_rms;
         s.distance_999 += f.distance_999;
+        s.distance_most += f.distance_most;
         s.normal_median += f.normal_median;
         s.normal_95 += f.normal_95;
         s.within_median += f.within_median;
@@ -94,8 +97,9 @@ void measure_setting(const Methods& methods, const ScenesOptions& scenes, const 
   if (count == 0) return;
   for (std::size_t m = 0; m < methods.size(); ++m) {
     ClosedFigures& s = sum[m];
-    for (double* const value : {&s.distance_rms, &s.distance_999, &s.normal_median, &s.normal_95,
-                                &s.within_median, &s.within_95, &s.volume})
+    for (double* const value :
+         {&s.distance_rms, &s.distance_999, &s.distance_most, &s.normal_median, &s.normal_95,
+          &s.within_median, &s.within_95, &s.volume})
       *value /= count;
     s.crease_rms /= of_creases[m];
     print("mean", methods[m].first, s, seconds[m] / count);

@@ -32,7 +32,7 @@ struct Halo {
   double particles;  // all
 };
 
-Halo halo_of(const Parameters& params) {
+Halo halo_of(const Parameters& params, const Disorder& disorder) {
   constexpr double kRounding = 0.5;
   // Who sees the 27 cells around it filled is inside (measure_gradients()); a particle's levelled
   // weight and its normal follow from that. Crowds are told in cubes of two radii, which must be
@@ -50,7 +50,7 @@ Halo halo_of(const Parameters& params) {
   // Their roundness is a mean over bent places of means over what trial fits around say.
   const double tried = fitted + kBentSheet + kEvidenceSheet + kEvidenceReach;
   const double surface = std::max(fitted + params.fit.support, tried + kTrialReach);
-  return {fitted, tried, surface + kField + kRounding};
+  return {fitted, tried, surface + kField + kRounding + filling_influence(disorder)};
 }
 
 // What is taken for known of the whole frame, or was found.
@@ -91,12 +91,15 @@ class PartMaker {
     if (carry_)
       for (const Attribute& attribute : particles.attributes)
         made.nothing.attributes.push_back({attribute.name, {}});
-    const PlacedFluid placed = evened_fluid(view_, disorder_, std::move(part.placed));
+    PlacedFluid placed = evened_fluid(view_, disorder_, std::move(part.placed));
     if (placed.particles.size() == 0) return made;
     const SpaceBox inside = space_of(own, cell_), asked = space_of(own, cell_, known.rounds);
     for (std::size_t i = 0; i < placed.particles.size(); ++i)
       made.particles += inside.holds(placed.particles.eye(i));
+    clock_.start("relax");
+    const std::size_t given = fill_voids(placed);
     FittedFluid fluid = fit(placed, asked, known);
+    keep_first(given, placed);
     for (std::size_t k = 0; k < fluid.fits.size(); ++k)
       if (inside.holds(fluid.fits.position[k])) {
         ++made.fits;
@@ -117,7 +120,7 @@ class PartMaker {
 
  private:
   FittedFluid fit(const PlacedFluid& placed, const SpaceBox& asked, const Known& known) const {
-    const Halo halo = halo_of(params_);
+    const Halo halo = halo_of(params_, disorder_);
     FitScope scope;
     scope.tried = [box = asked.wider(halo.tried)](const Vec3d& at) { return box.holds(at); };
     scope.fitted = [box = asked.wider(halo.fitted)](const Vec3d& at) { return box.holds(at); };
@@ -291,7 +294,7 @@ void carry_over(const std::vector<Mesh>& carried, const JoinedMesh& joined,
 }  // namespace
 
 double halo_of_parts(double cell, const Parameters& params, const Disorder& disorder) {
-  return halo_of(params).particles * disorder.unit() + kRoundsAround * cell;
+  return halo_of(params, disorder).particles * disorder.unit() + kRoundsAround * cell;
 }
 
 Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
@@ -300,7 +303,7 @@ Extraction run_closed_in_parts(Device& device, const View& view, Team& team,
                                const Disorder& disorder, bool carry,
                                std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
-  const double unit = disorder.unit(), halo = halo_of(params).particles * unit;
+  const double unit = disorder.unit(), halo = halo_of(params, disorder).particles * unit;
   const View coarse = coarser(view, unit);
   const PartMaker maker(device, coarse, disorder, closed.cell / unit, closed.memory / 2, params,
                         carry, clock);

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "stages/density.hpp"
+#include "stages/voids.hpp"
 
 namespace meniscus {
 namespace {
@@ -45,6 +46,35 @@ PlacedFluid place_fluid(const View& view, const Parameters& params, StageClock& 
 PlacedFluid evened_fluid(const View& view, const Disorder& disorder, Projected particles) {
   Cells cells = cells_of(particles);
   return {view, disorder, std::move(particles), std::move(cells)};
+}
+
+std::size_t fill_voids(PlacedFluid& fluid) {
+  Projected& particles = fluid.particles;
+  const std::size_t before = particles.size();
+  if (fluid.disorder.anywhere() == 0) return before;
+  const std::vector<Vec3d> voids = find_voids(fluid.host_cells, fluid.disorder);
+  if (voids.empty()) return before;
+  for (const Vec3d& at : voids) {
+    particles.index.push_back(static_cast<std::uint32_t>(particles.size()));
+    particles.scale.push_back(1);
+    particles.x.push_back(static_cast<float>(at.x));
+    particles.y.push_back(static_cast<float>(at.y));
+    particles.z.push_back(static_cast<float>(at.z));
+  }
+  fluid.host_cells = cells_of(particles);
+  return before;
+}
+
+void keep_first(std::size_t count, PlacedFluid& fluid) {
+  Projected& particles = fluid.particles;
+  particles.index.resize(count);
+  for (std::vector<float>* const values :
+       {&particles.x, &particles.y, &particles.z, &particles.scale})
+    values->resize(count);
+}
+
+double filling_influence(const Disorder& disorder) {
+  return disorder.anywhere() == 0 ? 0 : void_influence(disorder);
 }
 
 }  // namespace meniscus

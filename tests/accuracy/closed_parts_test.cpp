@@ -13,6 +13,7 @@
 #include "device/stage_clock.hpp"
 #include "meniscus/device.hpp"
 #include "methods/closed.hpp"
+#include "methods/placed_fluid.hpp"
 #include "prepare/fill.hpp"
 
 namespace meniscus::accuracy {
@@ -114,6 +115,11 @@ void expect_same_in_parts(const Particles& particles, const Disorder& disorder =
   const Extraction whole = run_closed(device, frame.view, all, closed, params, disorder, nullptr);
   Projected even = place_particles(coarser(frame.view, disorder.unit()), all);
   even_out(even, disorder);
+  if (disorder.anywhere() > 0) {
+    PlacedFluid filled = evened_fluid(frame.view, disorder, even);
+    EXPECT_GT(fill_voids(filled), 0u);
+    EXPECT_GT(filled.particles.size(), even.size() + 4) << "voids, so that parts have some";
+  }
   const auto in_parts = [&](const std::vector<BlockBox>& parts, const ClosedParams& like) {
     const FillPart fill = [&](std::size_t, const std::vector<SpaceBox>& boxes, const SpaceBox&) {
       return some_of(all, even, boxes[0], disorder.unit());

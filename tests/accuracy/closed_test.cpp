@@ -76,6 +76,21 @@ TEST(Closed, ParticlesAnywhereAreNearTheTruth) {
   }
 }
 
+// Where particles anywhere are sparse by chance, the surface has no pit. Without particles in voids
+// there was one of 4.4 s, and of 2.3 s.
+TEST(Closed, ParticlesAnywhereLeaveNoPits) {
+  struct Sparse {
+    const char* scene;
+    unsigned seed;
+  };
+  Device device;
+  for (const auto& [name, seed] : {Sparse{"sphere", 6}, Sparse{"shortwaves", 1}}) {
+    const Scene& scene = find_scene(name);
+    const Surface surface = extract_closed(device, make_particles(scene, 0, seed, Filling::random));
+    EXPECT_LT(measure_closed(scene, volume(scene), surface.mesh).distance_most, 1.5) << name;
+  }
+}
+
 bool same(const Mesh& a, const Mesh& b) {
   return a.position == b.position && a.normal == b.normal && a.triangle == b.triangle;
 }
