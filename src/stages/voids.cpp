@@ -167,7 +167,7 @@ class VoidFinder {
       if (high < static_cast<double>(places.first[axis]) ||
           low > static_cast<double>(places.end[axis] - 1))
         return;
-      // Cut towards zero: at most one too many at either end.
+      // Cut towards zero and wider by one: none is missed.
       first[axis] = std::max(places.first[axis], static_cast<std::int64_t>(low) - 1);
       end[axis] = std::min(places.end[axis], static_cast<std::int64_t>(high) + 2);
     }
