@@ -81,7 +81,7 @@ ReferenceErrors roundness_case(Device& device, int size) {
   }
   BendErrors bends;
   // Each factor of the two kernels tells at two of these.
-  for (const double noise : {0.25, 0.5, 0.6})
+  for (const double noise : {0.25, 0.45, 0.7})
     for (const double disorder : {0.0, 1.5}) see_bends(device, size, noise, disorder, bends);
   return {one.error(),         two.error(),         bend.error(),        apart.error(),
           bends.share.error(), bends.score.error(), bends.bends.error(), bends.round.error()};
