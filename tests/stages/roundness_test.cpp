@@ -141,7 +141,7 @@ TEST_P(Roundness, AnEdgeOfASmallRadiusIsRound) {
 // No surface follows what irregular particles leave: who does not know of it takes it for two
 // sheets. That sharp edges of such bodies stay creases is in the accuracy tests.
 TEST_P(Roundness, NoiseOfIrregularParticlesIsNotTakenForTwoSheets) {
-  const FittedSurface scene = rounded_edge(1.5, 0.4);
+  const FittedSurface scene = rounded_edge(1.5, 0.45);
   const std::vector<float> unaware = roundness_of(device_, scene);
   for (const double disorder : {0.4, 1.0}) {
     const std::vector<float> aware = roundness_of(device_, scene, disorder);
