@@ -213,6 +213,7 @@ NEVER = {
     "scripts/mesh_kills.sh build/release/meniscus": "a minute of kills; scripts/batch_test.sh has those of extract",
     "scripts/format_samples.py": "needs VTK, meshio, h5py and blosc; tests/data/formats has what it writes",
     "pip install '.[cpu]'": "800 MB",
+    "scripts/debian.sh": "sets up another system as root, ten minutes",
     "scripts/debian.sh trixie": "sets up another system as root, ten minutes",
     "scripts/portability.sh": "builds all kernels anew for each runtime, minutes, and downloads 1 GB of them",
     "oclgrind --data-races": "an option; ctest's Kernels.AreCleanUnderOclgrind runs every kernel with it",
