@@ -98,7 +98,7 @@ Closed close_surface(Device& device, const PlacedFluid& placed, double cell, std
 }
 
 // All of run_closed() from where particles are placed on.
-Extraction mesh_fluid(Device& device, PlacedFluid fluid, const WorldParticles& particles,
+Extraction mesh_fluid(Device& device, const PlacedFluid& fluid, const WorldParticles& particles,
                       const ClosedParams& closed, const Parameters& params, StageClock& clock) {
   Extraction result;
   const double unit = fluid.disorder.unit();
@@ -108,9 +108,7 @@ Extraction mesh_fluid(Device& device, PlacedFluid fluid, const WorldParticles& p
     return result;
   }
 
-  const std::size_t given = fill_voids(fluid);
   Closed made = close_surface(device, fluid, closed.cell / unit, closed.memory / 2, params, clock);
-  keep_first(given, fluid);
   result.mesh = to_world(fluid.view, std::move(made.mesh));
   result.counts.fits = static_cast<std::int64_t>(made.fits.size());
   result.residual = std::move(made.fits.residual);
@@ -139,8 +137,11 @@ FluidField measure_field(Device& device, const PlacedFluid& fluid, const RegionP
   return field;
 }
 
-FittedFluid fit_fluid(Device& device, const PlacedFluid& even, const Parameters& given,
+FittedFluid fit_fluid(Device& device, const PlacedFluid& without_voids, const Parameters& given,
                       StageClock& clock, const FitScope& scope) {
+  clock.start("relax");
+  const std::optional<PlacedFluid> filled = with_voids(without_voids);
+  const PlacedFluid& even = filled ? *filled : without_voids;
   FittedFluid fluid;
   const Projected& placed = even.particles;
   Parameters params = for_disorder(given, even.disorder);

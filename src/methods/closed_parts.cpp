@@ -91,15 +91,12 @@ class PartMaker {
     if (carry_)
       for (const Attribute& attribute : particles.attributes)
         made.nothing.attributes.push_back({attribute.name, {}});
-    PlacedFluid placed = evened_fluid(view_, disorder_, std::move(part.placed));
+    const PlacedFluid placed = evened_fluid(view_, disorder_, std::move(part.placed));
     if (placed.particles.size() == 0) return made;
     const SpaceBox inside = space_of(own, cell_), asked = space_of(own, cell_, known.rounds);
     for (std::size_t i = 0; i < placed.particles.size(); ++i)
       made.particles += inside.holds(placed.particles.eye(i));
-    clock_.start("relax");
-    const std::size_t given = fill_voids(placed);
     FittedFluid fluid = fit(placed, asked, known);
-    keep_first(given, placed);
     for (std::size_t k = 0; k < fluid.fits.size(); ++k)
       if (inside.holds(fluid.fits.position[k])) {
         ++made.fits;

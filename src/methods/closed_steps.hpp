@@ -58,7 +58,7 @@ struct FittedFluid {
 };
 
 /// The first steps of a closed surface (section 2.1 to 2.3 of the paper): field, surface, fits and
-/// their trust.
+/// their trust; of the fluid with_voids().
 FittedFluid fit_fluid(Device& device, const PlacedFluid& placed, const Parameters& params,
                       StageClock& clock, const FitScope& scope = {});
 

@@ -48,12 +48,12 @@ PlacedFluid evened_fluid(const View& view, const Disorder& disorder, Projected p
   return {view, disorder, std::move(particles), std::move(cells)};
 }
 
-std::size_t fill_voids(PlacedFluid& fluid) {
-  Projected& particles = fluid.particles;
-  const std::size_t before = particles.size();
-  if (fluid.disorder.anywhere() == 0) return before;
+std::optional<PlacedFluid> with_voids(const PlacedFluid& fluid) {
+  if (fluid.disorder.anywhere() == 0) return {};
   const std::vector<Vec3d> voids = find_voids(fluid.host_cells, fluid.disorder);
-  if (voids.empty()) return before;
+  if (voids.empty()) return {};
+  PlacedFluid filled{fluid.view, fluid.disorder, fluid.particles, {}};
+  Projected& particles = filled.particles;
   for (const Vec3d& at : voids) {
     particles.index.push_back(static_cast<std::uint32_t>(particles.size()));
     particles.scale.push_back(1);
@@ -61,16 +61,8 @@ std::size_t fill_voids(PlacedFluid& fluid) {
     particles.y.push_back(static_cast<float>(at.y));
     particles.z.push_back(static_cast<float>(at.z));
   }
-  fluid.host_cells = cells_of(particles);
-  return before;
-}
-
-void keep_first(std::size_t count, PlacedFluid& fluid) {
-  Projected& particles = fluid.particles;
-  particles.index.resize(count);
-  for (std::vector<float>* const values :
-       {&particles.x, &particles.y, &particles.z, &particles.scale})
-    values->resize(count);
+  filled.host_cells = cells_of(particles);
+  return filled;
 }
 
 double filling_influence(const Disorder& disorder) {

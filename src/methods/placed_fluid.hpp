@@ -2,8 +2,8 @@
 // (relax.hpp), and in the unit of length that their disorder wants.
 #pragma once
 
-#include <cstddef>
 #include <functional>
+#include <optional>
 
 #include "device/stage_clock.hpp"
 #include "meniscus/parameters.hpp"
@@ -29,14 +29,11 @@ PlacedFluid place_fluid(const View& view, const Parameters& params, StageClock& 
 /// The same of particles that have been evened out in the unit of their disorder.
 PlacedFluid evened_fluid(const View& view, const Disorder& disorder, Projected particles);
 
-/// Puts particles into the voids of a fluid whose particles lie anywhere (voids.hpp), behind all
-/// others; without a camera. Returns how many there were before.
-std::size_t fill_voids(PlacedFluid& fluid);
+/// The fluid with particles in its voids (voids.hpp), behind all others; without a camera. Nothing
+/// where it has none, as where particles do not lie anywhere.
+std::optional<PlacedFluid> with_voids(const PlacedFluid& fluid);
 
-/// Takes all but the first `count` particles away; the cells keep them.
-void keep_first(std::size_t count, PlacedFluid& fluid);
-
-/// How far around a particle others bear on whether fill_voids() puts one there; in the disorder's
+/// How far around a particle others bear on whether with_voids() puts one there; in the disorder's
 /// unit of length.
 double filling_influence(const Disorder& disorder);
 
