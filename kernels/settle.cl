@@ -230,9 +230,9 @@ inline Verdict judge(const int* at, const intv listed, global const float* trian
 // Decides what the samples `at`, on rays r, show: a trusted surface that has ended lets what lies
 // behind it be seen. `behind` receives the depth beyond which a sample that shows nothing may look
 // again (its reference), and infinity elsewhere. Where v.mixed, the field is to be followed, which
-// needs what `behind` held. Where the
-// ray has passed by, the reference moves behind: the field, which may lie a little farther out, would
-// fill the gap with a rim of its own. It is entered before the search begins then (search_from).
+// needs what `behind` held. Where the ray has passed by, the reference moves behind: the field, which
+// may lie a little farther out, would fill the gap with a rim of its own. It is entered before the
+// search begins then (search_from).
 inline void settle(const Verdict v, const int* at, const intv listed, const Rays r,
                    const FieldLimits limits, global float* reference, global float* depth,
                    global float* behind, const Cells cells, global const float* weight,
@@ -266,9 +266,9 @@ inline floatv search_to(const floatv t, const floatv t0, const FieldLimits limit
 // And it gives way where it disagrees with the field, but for convex creases, which the field rounds.
 // Where there is no field to follow, the larger share decides.
 inline void follow(const int* at, const intv listed, const int n, const Rays r,
-                   const floatv last, global const float* reference, global const float* trust, global float* depth,
-                   global float* normal,
-                   global int* group, global uchar* kind, global float* behind, const Cells cells,
+                   const floatv last, global const float* reference, global const float* trust,
+                   global float* depth, global float* normal, global int* group,
+                   global uchar* kind, global float* behind, const Cells cells,
                    global const float* weight, global const float* level_weight,
                    const FieldLimits limits, Around* around) {
   const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
@@ -375,8 +375,8 @@ kernel void follow_field(SAMPLES(const, selected, count),
     }
     for (int v = 0; v < vectors; ++v)
       follow(lanes[v].at, lanes[v].used, how.screen.nx * how.screen.ny, lanes[v].rays, last[v],
-             reference, trust, depth, normal, group, kind, behind, cells, weight, level_weight, how.limits,
-             &around);
+             reference, trust, depth, normal, group, kind, behind, cells, weight, level_weight,
+             how.limits, &around);
   }
 }
 
@@ -447,8 +447,8 @@ kernel void settle_gaps(SAMPLES(const, sample, count), global const float* refer
     const float t0 = reference[lane.at[0]], t = depth[lane.at[0]], last = behind[lane.at[0]];
     if (t0 < INFINITY && !(t < INFINITY)) {
       ask_for(search_from(t, t0, last, how.limits), search_to(t, t0, how.limits), 1, &around);
-      follow(lane.at, 1, n, lane.rays, last, reference, trust, depth, normal, group, kind, behind, cells,
-             weight, level_weight, how.limits, &around);
+      follow(lane.at, 1, n, lane.rays, last, reference, trust, depth, normal, group, kind, behind,
+             cells, weight, level_weight, how.limits, &around);
     }
     const Stretch on = splash_on(&lane, from, to, depth);
     if (!on.any) continue;
