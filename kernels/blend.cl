@@ -135,6 +135,114 @@ typedef struct {
   List met, rim;
 } Listed;
 
+// What the passes over a tile's hits after the first go through: those of the cache, then those that are
+// found again.
+typedef struct {
+  Hit hit[CACHED];
+  int fit[CACHED];
+  int count;  // in the cache
+  int rest;   // first listed fit that did not fit into it
+} Cache;
+
+// Hit k and its fit. Returns whether there is one.
+inline int hit_again(const Cache* cache, const int k, const List met, const Fits fits, const Sample s,
+                     const float d_max, int* fit, Hit* hit) {
+  if (k < cache->count) {
+    *fit = cache->fit[k];
+    *hit = cache->hit[k];
+    return 1;
+  }
+  *fit = met.fit[cache->rest + k - cache->count];
+  return hit_fit(fits, *fit, s, d_max, hit);
+}
+
+// A sheet: its depth behind the reference, the middle of its feet, and the direction of its gradients.
+typedef struct {
+  floatv z, cx, cy, cz, nx, ny, nz;
+} Sheet;
+
+inline Sheet sheet_of(const Sums* s) {
+  const floatv tiny = (floatv)(1e-30f), v = 1.0f / larger(s->w, tiny);
+  const floatv size = 1.0f / sqrt(larger(square_of(s->nx, s->ny, s->nz), tiny));
+  const Sheet sheet = {s->value * v,  s->cx * v,     s->cy * v,    s->cz * v,
+                       s->nx * size, s->ny * size, s->nz * size};
+  return sheet;
+}
+
+// Whether two sheets meet in a convex edge: the mean of each one's middle over the other's plane.
+inline intv convex_between(const Sheet* a, const Sheet* b) {
+  return dot_of(b->cx - a->cx, b->cy - a->cy, b->cz - a->cz, a->nx - b->nx, a->ny - b->ny,
+                a->nz - b->nz) < 0.0f;
+}
+
+// Whether depths of two sheets are near enough to meet.
+inline intv near_each(const floatv a, const floatv b, const float crease) { return fabs(a - b) <= crease; }
+
+// How far a sheet's depth b takes the place of a, if up to `share`: on a convex edge the deeper one counts, on
+// a concave edge the nearer.
+inline floatv takes_over(const floatv a, const floatv b, const intv convex, const floatv share,
+                         const float crease) {
+  const floatv meeting = SELECT(fmin(a, b), fmax(a, b), convex);
+  return SELECT((floatv)(0.0f), share, (meeting == b) & near_each(a, b, crease));
+}
+
+// How much of what a ray meets is of sheets B and C, in the corner of A, B and C. Of three edges two are of
+// one kind: the sheets of the other edge meet first, then the third (as in implicit.cl). A sheet counts as far
+// as `some_b` and `some_c` say; B alone where A has no weight.
+typedef struct {
+  floatv b, c;
+} Shares;
+
+inline Shares shares_in_corner(const Sheet* a, const Sheet* b, const Sheet* c, const floatv some_b,
+                               const floatv some_c, const intv only_b, const float crease) {
+  const floatv one = (floatv)(1.0f);
+  const intv ab = convex_between(a, b), ac = convex_between(a, c), bc = convex_between(b, c);
+  // A with B, then C
+  const floatv b1 = SELECT(takes_over(a->z, b->z, ab, some_b, crease), one, only_b);
+  const floatv c1 = takes_over(a->z + (b->z - a->z) * b1, c->z, ac, some_c, crease);
+  // A with C, then B
+  const floatv c2 = takes_over(a->z, c->z, ac, some_c, crease);
+  const floatv b2 = SELECT(takes_over(a->z + (c->z - a->z) * c2, b->z, ab, some_b, crease), one, only_b);
+  // B with C, then A
+  const floatv c3 = takes_over(b->z, c->z, bc, some_c, crease);
+  const floatv b3 = SELECT(takes_over(a->z, b->z + (c->z - b->z) * c3, ab, some_b, crease), one, only_b);
+  const intv odd_ac = (ab == bc) & (ab != ac), odd_bc = (ab == ac) & (ab != bc);
+  const Shares shares = {SELECT(SELECT(b1 * (one - c1), b2, odd_ac), b3 * (one - c3), odd_bc),
+                         SELECT(SELECT(c1, c2 * (one - b2), odd_ac), b3 * c3, odd_bc)};
+  return shares;
+}
+
+// The direction of (nx, ny, nz), where it has one.
+inline void turn_to(const floatv nx, const floatv ny, const floatv nz, floatv* x, floatv* y, floatv* z) {
+  const floatv size = square_of(nx, ny, nz);
+  const floatv scale = 1.0f / sqrt(larger(size, (floatv)(1e-30f)));
+  *x = SELECT(*x, nx * scale, size > 1e-30f);
+  *y = SELECT(*y, ny * scale, size > 1e-30f);
+  *z = SELECT(*z, nz * scale, size > 1e-30f);
+}
+
+// How far what is not of sheet A is of two faces, by how long the mean of its gradients is; as far as it is
+// some of what a ray meets.
+inline floatv third_of(const Sums* a, const Sums* b) {
+  const floatv tiny = (floatv)(1e-30f);
+  const floatv length = sqrt(square_of(b->nx, b->ny, b->nz)) / larger(b->w, tiny);
+  return (1.0f - smooth_step(0.95f, 0.98f, length)) *
+         smooth_step(0.003f, 0.02f, b->w / larger(a->w + b->w, tiny));
+}
+
+// Adds a sheet's share to a normal: of the gradient of sum(w f) / sum(w) at the blended point, sum(w grad f +
+// f grad w), with f = (depth - t_k) (grad f . d) to first order. The whole second term carries the fits' noise
+// into the normal, without it waves look too flat: hits bring the share of it that PULL says.
+inline void add_normal(const Sums* s, const floatv z, const floatv share, floatv* nx, floatv* ny,
+                       floatv* nz) {
+  const floatv gx = s->nx + (z * s->vx - s->ux), gy = s->ny + (z * s->vy - s->uy),
+               gz = s->nz + (z * s->vz - s->uz);
+  const floatv scale = share / sqrt(larger(square_of(gx, gy, gz), (floatv)(1e-30f)));
+  *nx = fma(gx, scale, *nx);
+  *ny = fma(gy, scale, *ny);
+  *nz = fma(gz, scale, *nz);
+}
+
 // Vectors of a structure go by address: a call would copy them byte by byte.
 inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
                      const Blending blending, Blended* blended) {
@@ -144,17 +252,18 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   const floatv none = (floatv)(0.0f);
   const Sample s = *sample;
   const Beam beam = beam_of(sample);
-  Hit cache[CACHED];
-  int cached_group[CACHED];
-  int kept = 0;                 // hits in the cache
-  int rest = listed.met.count;  // first listed fit that did not fit into it
+  Cache cache;
+  cache.count = 0;
+  cache.rest = listed.met.count;
   int place[BLOCK + WIDTH];
   floatv best = none;
   intv best_group = (intv)(-1);
   floatv ax = none, ay = none, az = none;
   floatv trust = none, firm = none, height = none;
-  Sums A, B;  // A: as if all hits were of one sheet
+  Sums A, B, C;  // A: as if all hits were of one sheet
   clear_sums(&A);
+  clear_sums(&B);
+  clear_sums(&C);
   for (int from = 0; from < listed.met.count; from += BLOCK) {
     const int to = min(from + BLOCK, listed.met.count);
     Entry entry[BLOCK];
@@ -175,11 +284,11 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       // Fits that a ray grazes are company, too.
       firm = fma(hit.weight, (floatv)(fits.record[FIT * fit + 14]), firm);
       fade_hit(entry[n], &hit);
-      if (kept < CACHED) {
-        cache[kept] = hit;
-        cached_group[kept++] = fit;
+      if (cache.count < CACHED) {
+        cache.hit[cache.count] = hit;
+        cache.fit[cache.count++] = fit;
       } else {
-        rest = min(rest, place[n]);
+        cache.rest = min(cache.rest, place[n]);
       }
       const intv better = hit.weight > best;
       best = SELECT(best, hit.weight, better);
@@ -201,18 +310,19 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
     *blended = out;
     return;
   }
-  const int total = kept + (listed.met.count - rest);
+  const int total = cache.count + (listed.met.count - cache.rest);
 
   // Two rounds of mean shift to the gradient that dominates. Where all hits belong to its sheet,
   // both give the sum of them all, and there is no other sheet: most samples.
-  int one_sheet = rest == listed.met.count;
+  int one_sheet = cache.rest == listed.met.count, fit;
+  Hit hit;
   for (int round = 0; round < 2; ++round) {
     if (one_sheet) {
       floatv least = (floatv)(1.0f);
-      for (int k = 0; k < kept; ++k)
+      for (int k = 0; k < cache.count; ++k)
         least = smaller(SELECT((floatv)(1.0f),
-                               alike(fits, cached_group[k], &cache[k], ax, ay, az),
-                               cache[k].weight > 0.0f),
+                               alike(fits, cache.fit[k], &cache.hit[k], ax, ay, az),
+                               cache.hit[k].weight > 0.0f),
                         least);
       one_sheet = !ANY(smooth_step(same_low, same_high, least) < 1.0f);
     }
@@ -220,12 +330,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
     if (!one_sheet) {
       nx = ny = nz = none;
       for (int k = 0; k < total; ++k) {
-        const int fit = k < kept ? cached_group[k] : listed.met.fit[rest + k - kept];
-        Hit hit;
-        if (k < kept)
-          hit = cache[k];
-        else if (!hit_fit(fits, fit, s, d_max, &hit))
-          continue;
+        if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
         const floatv a = hit.weight * smooth_step(same_low, same_high,
                                                   alike(fits, fit, &hit, ax, ay, az));
         nx = fma(a, hit.gx, nx);
@@ -233,56 +338,76 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
         nz = fma(a, hit.gz, nz);
       }
     }
-    const floatv size = nx * nx + ny * ny + nz * nz;
-    const floatv scale = 1.0f / sqrt(larger(size, (floatv)(1e-30f)));
-    ax = SELECT(ax, nx * scale, size > 1e-30f);
-    ay = SELECT(ay, ny * scale, size > 1e-30f);
-    az = SELECT(az, nz * scale, size > 1e-30f);
+    turn_to(nx, ny, nz, &ax, &ay, &az);
   }
-  clear_sums(&B);
+  floatv third = none;
   if (!one_sheet) {
     clear_sums(&A);
+    floatv bx = none, by = none, bz = none, most = none;  // of what is not of A, the heaviest
     for (int k = 0; k < total; ++k) {
-      const int fit = k < kept ? cached_group[k] : listed.met.fit[rest + k - kept];
-      global const float* foot = fits.foot + 4 * fit;
-      Hit hit;
-      if (k < kept)
-        hit = cache[k];
-      else if (!hit_fit(fits, fit, s, d_max, &hit))
-        continue;
-      const floatv share = smooth_step(same_low, same_high,
-                                       alike(fits, fit, &hit, ax, ay, az));
-      add_hit(&A, foot, s, hit, share);
-      add_hit(&B, foot, s, hit, 1.0f - share);
+      if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
+      const floatv share = smooth_step(same_low, same_high, alike(fits, fit, &hit, ax, ay, az));
+      add_hit(&A, fits.foot + 4 * fit, s, hit, share);
+      add_hit(&B, fits.foot + 4 * fit, s, hit, 1.0f - share);
+      const floatv left = (1.0f - share) * hit.weight;
+      const intv better = left > most;
+      most = SELECT(most, left, better);
+      bx = SELECT(bx, hit.gx, better);
+      by = SELECT(by, hit.gy, better);
+      bz = SELECT(bz, hit.gz, better);
+    }
+    // Where what is not of A faces two ways, three faces meet: it makes two sheets, B and C.
+    third = third_of(&A, &B);
+    if (ANY(third > 0.0f)) {
+      floatv nx = none, ny = none, nz = none;
+      for (int k = 0; k < total; ++k) {
+        if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
+        const floatv rest = 1.0f - smooth_step(same_low, same_high, alike(fits, fit, &hit, ax, ay, az));
+        const floatv w = rest * hit.weight *
+                         smooth_step(same_low, same_high, alike(fits, fit, &hit, bx, by, bz));
+        nx = fma(w, hit.gx, nx);
+        ny = fma(w, hit.gy, ny);
+        nz = fma(w, hit.gz, nz);
+      }
+      turn_to(nx, ny, nz, &bx, &by, &bz);
+      clear_sums(&B);
+      for (int k = 0; k < total; ++k) {
+        if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
+        const floatv rest = 1.0f - smooth_step(same_low, same_high, alike(fits, fit, &hit, ax, ay, az));
+        const floatv other =
+            third * (1.0f - smooth_step(same_low, same_high, alike(fits, fit, &hit, bx, by, bz)));
+        add_hit(&B, fits.foot + 4 * fit, s, hit, rest * (1.0f - other));
+        add_hit(&C, fits.foot + 4 * fit, s, hit, rest * other);
+      }
     }
   }
 
-  const floatv tiny = (floatv)(1e-30f);
-  const floatv va = 1.0f / larger(A.w, tiny), vb = 1.0f / larger(B.w, tiny);
-  const floatv za = A.value * va, zb = B.value * vb;
-  const floatv sb = 1.0f / sqrt(larger(B.nx * B.nx + B.ny * B.ny + B.nz * B.nz, tiny));
-  const floatv hx = B.cx * vb - A.cx * va, hy = B.cy * vb - A.cy * va, hz = B.cz * vb - A.cz * va;
-  // The mean of each sheet's centre over the other's plane.
-  const floatv h = hx * ax + hy * ay + hz * az - (hx * B.nx + hy * B.ny + hz * B.nz) * sb;
-  const floatv meeting = SELECT(fmin(za, zb), fmax(za, zb), h < 0.0f);
-  const intv takes_b = (meeting == zb) & (fabs(za - zb) <= crease);
-  const intv only_b = !(A.w > 1e-9f * B.w);
-  floatv share = smooth_step(0.003f, 0.02f, B.w / larger(A.w + B.w, tiny));
-  share = SELECT((floatv)(0.0f), share, takes_b);
-  share = SELECT(share, (floatv)(1.0f), only_b);
-  const floatv rest_share = (floatv)(1.0f) - share;
-  out.depth = SELECT((floatv)(INFINITY), s.t + za * rest_share + zb * share, best > 0.0f);
-  // The normal is the gradient of sum(w f) / sum(w) at the blended point, sum(w grad f + f grad w),
-  // with f = (depth - t_k) (grad f . d) to first order. The whole second term carries the fits' noise
-  // into the normal, without it waves look too flat: hits bring the share of it that PULL says.
-  const floatv gax = A.nx + (za * A.vx - A.ux), gay = A.ny + (za * A.vy - A.uy),
-               gaz = A.nz + (za * A.vz - A.uz);
-  const floatv gbx = B.nx + (zb * B.vx - B.ux), gby = B.ny + (zb * B.vy - B.uy),
-               gbz = B.nz + (zb * B.vz - B.uz);
-  const floatv la = rest_share / sqrt(larger(gax * gax + gay * gay + gaz * gaz, tiny));
-  const floatv lb = share / sqrt(larger(gbx * gbx + gby * gby + gbz * gbz, tiny));
-  const floatv nx = gax * la + gbx * lb, ny = gay * la + gby * lb, nz = gaz * la + gbz * lb;
-  const floatv size = 1.0f / sqrt(larger(nx * nx + ny * ny + nz * nz, tiny));
+  const floatv tiny = (floatv)(1e-30f), all = A.w + B.w + C.w;
+  const Sheet a = sheet_of(&A), b = sheet_of(&B), c = sheet_of(&C);
+  intv edge = (intv)(0);  // convex
+  Shares shares = {none, none};
+  if (!one_sheet) {
+    const floatv per_all = 1.0f / larger(all, tiny);
+    const floatv some_b = smooth_step(0.003f, 0.02f, B.w * per_all);
+    const intv convex = convex_between(&a, &b), only_b = !(A.w > 1e-9f * B.w);
+    edge = (B.w > 0.03f * A.w) & convex & near_each(a.z, b.z, crease);
+    if (ANY(third > 0.0f)) {
+      const floatv some_c = smooth_step(0.003f, 0.02f, C.w * per_all);
+      shares = shares_in_corner(&a, &b, &c, some_b, some_c, only_b, crease);
+      edge |= (C.w > 0.03f * A.w) & convex_between(&a, &c) & near_each(a.z, c.z, crease);
+    } else {
+      shares.b = SELECT(takes_over(a.z, b.z, convex, some_b, crease), (floatv)(1.0f), only_b);
+    }
+  }
+  const floatv of_a = (floatv)(1.0f) - shares.b - shares.c, of_b = shares.b, of_c = shares.c;
+  out.depth = SELECT((floatv)(INFINITY), s.t + a.z * of_a + b.z * of_b + c.z * of_c, best > 0.0f);
+  floatv nx = none, ny = none, nz = none;
+  add_normal(&A, a.z, of_a, &nx, &ny, &nz);
+  if (!one_sheet) {
+    add_normal(&B, b.z, of_b, &nx, &ny, &nz);
+    add_normal(&C, c.z, of_c, &nx, &ny, &nz);
+  }
+  const floatv size = 1.0f / sqrt(larger(square_of(nx, ny, nz), tiny));
   out.nx = plain_zero(nx * size);  // see gradient_at
   out.ny = plain_zero(ny * size);
   out.nz = plain_zero(nz * size);
@@ -292,10 +417,12 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   // vouches for the surface, as sheet B does, and so do faces so steep that the ray meets them far away.
   const floatv end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   floatv wr = (floatv)(0.0f), fr = wr, crx = wr, cry = wr, crz = wr, nrx = wr, nry = wr, nrz = wr;
+  // How much those weigh that the point lies outside of; and both times their own weight in the blend.
+  floatv outside = wr, strong = wr, strong_outside = wr;
   // The middle of the sheet that is shown.
-  const floatv of_a = va * rest_share, of_b = vb * share;
-  const floatv mx = fma(A.cx, of_a, B.cx * of_b), my = fma(A.cy, of_a, B.cy * of_b),
-               mz = fma(A.cz, of_a, B.cz * of_b);
+  const floatv mx = fma(a.cx, of_a, fma(b.cx, of_b, c.cx * of_c)),
+               my = fma(a.cy, of_a, fma(b.cy, of_b, c.cy * of_c)),
+               mz = fma(a.cz, of_a, fma(b.cz, of_b, c.cz * of_c));
   floatv within = wr, beyond = wr;  // what faces weigh that the point lies in, and outside of
   const floatv steep = -STEEP * sqrt(square_of(s.dx, s.dy, (floatv)(1.0f)));
   const Box box = box_of(ex, ey, -out.depth, out.depth < INFINITY);
@@ -331,7 +458,11 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       within += SELECT(says, (floatv)(0.0f), f > 0.0f);
       beyond += SELECT((floatv)(0.0f), says, f > 0.0f);
       const floatv w = SELECT((floatv)(0.0f), weight, along > 0.0f);
+      const floatv out_w = SELECT(w, (floatv)(0.0f), f < 0.0f);
       wr += w;
+      outside += out_w;
+      strong = fma(w, (floatv)(g[13]), strong);
+      strong_outside = fma(out_w, (floatv)(g[13]), strong_outside);
       // Of several faces one that the point lies outside of ends the surface, however far within the
       // others it lies. The next ones are no numbers where the depth is infinite; wr is 0 there.
       fr = fma(w, larger(f, (floatv)(WITHIN)), fr);
@@ -345,17 +476,19 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   }
   const floatv vr = 1.0f / larger(wr, tiny);
   const floatv rx = crx * vr - mx, ry = cry * vr - my, rz = crz * vr - mz;
-  const intv ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
+  // Bevels between hidden faces end nothing that these hold.
+  const intv credible = strong_outside * wr > CREDIBLE * (strong * outside);
+  const intv ended = (wr > 1e-3f) & (fr > 0.0f) & credible &
+                     (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
   // The mean trust under the weights without it; what only rounding keeps from 1 is 1. Where hardly
   // any firm fit is near, the fits that are met reach out into the air: there is nothing to trust.
-  out.trust = smaller(1.001f * (A.w + B.w) / larger(trust, tiny), (floatv)(1.0f)) *
+  out.trust = smaller(1.001f * all / larger(trust, tiny), (floatv)(1.0f)) *
               smooth_step(ALONE, COMPANY, firm);
   const floatv least = SELECT((floatv)(VOUCHING), (floatv)(VOUCHING_SURE), out.trust >= 1.0f);
-  const intv edge = ((B.w > 0.03f * A.w) & (h < 0.0f) & (fabs(za - zb) <= crease)) |
-                    ((within > least) & (within > beyond));
+  edge |= (within > least) & (within > beyond);
   // Where such fits are not trusted nothing is met: the field alone tells whether there is fluid.
-  const intv over = height > OVER * (A.w + B.w), passed = over & (out.trust > SURELY_OVER);
+  const intv over = height > OVER * all, passed = over & (out.trust > SURELY_OVER);
   out.trust = SELECT(out.trust, (floatv)(0.0f), over & !passed);
   const floatv on_edge = SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge);
   out.trust += SELECT(SELECT(on_edge, (floatv)(ENDED), ended), (floatv)(PASSED), passed);

@@ -9,11 +9,12 @@
 namespace meniscus {
 namespace {
 
-constexpr double kBevel = 0.001;    // e of a bevel
-constexpr double kNoBevel = 0.005;  // least e of other fits
+constexpr double kBevel = 0.01;     // e of a bevel
+constexpr double kNoBevel = 0.03;   // least e of other fits
 constexpr double kLeastEdge = 0.1;  // e of a face,
 constexpr double kFlat = 0.3;       // its spread, particle radii,
-constexpr double kOff = 0.3;        // and how far off it a bevel's particle may be, too
+constexpr double kOff = 0.2;        // and how far off it a bevel's particle may be, too
+constexpr double kTowards = 0.3;    // least cosine of a face's normal and the bevel's
 constexpr double kSameFace = 0.7;   // cosine from which two fits are of one face
 
 bool is_face(const ParticleFits& fits, std::size_t k) {
@@ -49,7 +50,8 @@ TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<doub
   if (!fits.extent.empty()) return faces;
   Cells cells;  // of the fits, made for the first bevel
   for (std::size_t b = 0; b < fits.size(); ++b) {
-    const double counts = 1 - smooth_step(kBevel, kNoBevel, fits.edge[b]);
+    const double counts =
+        (1 - smooth_step(kBevel, kNoBevel, fits.edge[b])) * (1 - double{fits.roundness[b]});
     if (fits.residual[b] < 0 || !(counts > 0)) continue;
     if (cells.item.empty()) cells = make_cells(fits.position, kFaceReach);
     const Vec3d& at = fits.position[b];
@@ -66,7 +68,8 @@ TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<doub
     for (const auto& [l, k] : near) {
       const Vec3d& normal = fits.normal[k];
       const auto same = [&](const Vec3d& other) { return dot(normal, other) > kSameFace; };
-      if (std::any_of(taken.begin(), taken.end(), same)) continue;
+      if (dot(normal, fits.normal[b]) < kTowards || std::any_of(taken.begin(), taken.end(), same))
+        continue;
       const QuadricLevel there = level_at(fits.quadric[k], at - fits.position[k]);
       // Its foot lies offset + kOff from the particle at most.
       const double before = -there.value / length(there.gradient);

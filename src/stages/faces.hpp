@@ -1,6 +1,6 @@
-// faces: the faces beside bevels, continued to where these are. Along the edge of a block whose
-// particles lie on their lattice all fits are bevels (kernel measure_edges), which count nothing:
-// near a corner no fit of a face would be within reach.
+// faces: the faces beside bevels, continued to where these are. Along a sharp edge fits are bevels
+// (kernel measure_edges), which count little, and on a block's lattice nothing: near a corner no
+// fit of a face would be within reach.
 #pragma once
 
 #include <vector>
@@ -19,9 +19,10 @@ struct TrustedFits {
 };
 
 /// At each bevel the faces on which its particle lies, at most one for each direction: of the fits
-/// within kFaceReach the nearest, whose quadric goes on to the bevel. They are seen as the
-/// bevel is, and count as far as it is one: 1 - smoothstep(.001, .005, e). Groups have none: a
-/// small e tells that they fade.
+/// within kFaceReach whose normal is less than 73 degrees off the nearest, whose quadric goes on to
+/// the bevel. They are seen as the bevel is, and count as far as it is one,
+/// (1 - η) (1 - smoothstep(.01, .03, e)) with its roundness η. Groups have none: a small e tells
+/// that they fade.
 TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<double>& trust,
                                 double offset);
 

@@ -1,123 +1,17 @@
 // The blend against plain loops in double precision, and on surfaces whose answer is exact, on
 // every device and in every vector width.
-#include "stages/blend.hpp"
+#include "verify/reference/blend.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <functional>
 
-#include "stages/stage_test_support.hpp"
-#include "verify/reference/blend.hpp"
-#include "verify/references/fits_by_hand.hpp"
+#include "stages/blend_test_support.hpp"
 
 namespace meniscus {
 namespace {
 
 using Blend = OnDevice;
-
-const FitParams kFit;
-const BlendParams kBlend;
-
-using Scene = GivenFits;
-
-// The samples of the blend, with what it says of where they lie.
-struct Samples {
-  SurfaceMap map;
-  std::vector<float> trust;  // 0 .. 1
-  std::vector<bool> on_edge, ended;
-};
-
-Samples samples_of(Device& device, const SurfaceBuffers& surface) {
-  Samples samples{download(device, surface), download(device, surface.trust), {}, {}};
-  for (float& trust : samples.trust) {
-    samples.ended.push_back(trust > 3.5f);
-    samples.on_edge.push_back(trust > 1.5f && trust < 3.5f);
-    trust -= samples.ended.back() ? 4.0f : samples.on_edge.back() ? 2.0f : 0.0f;
-  }
-  return samples;
-}
-
-Samples blended(Device& device, const View& view, const SampleGrid& grid, const Scene& scene,
-                const std::vector<float>& reference, int width) {
-  device.state().vector_width = width;
-  const BlendRecords records =
-      make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius);
-  const SurfaceBuffers surface = empty_surface(device, grid);
-  const auto depth = upload(device, reference);
-  blend_groups(device, view, list_samples(device, grid, depth), upload_records(device, records),
-               list_fits(device, view, records, grid), depth, surface, kBlend);
-  return samples_of(device, surface);
-}
-
-// The blend, with the same bits in every width.
-Samples blended(Device& device, const View& view, const SampleGrid& grid, const Scene& scene,
-                const std::vector<float>& reference) {
-  const Samples one = blended(device, view, grid, scene, reference, 1);
-  const std::size_t bytes = grid.size() * sizeof(float);
-  for (const int width : {8, 16}) {
-    const Samples wide = blended(device, view, grid, scene, reference, width);
-    EXPECT_EQ(std::memcmp(one.map.depth.data(), wide.map.depth.data(), bytes), 0) << width;
-    EXPECT_EQ(std::memcmp(one.map.normal.data(), wide.map.normal.data(), 3 * bytes), 0) << width;
-    EXPECT_EQ(std::memcmp(one.trust.data(), wide.trust.data(), bytes), 0) << width;
-    EXPECT_EQ(one.map.group, wide.map.group) << width;
-    EXPECT_EQ(one.on_edge, wide.on_edge) << width;
-    EXPECT_EQ(one.ended, wide.ended) << width;
-  }
-  return one;
-}
-
-Samples blended(Device& device, const View& view, const SampleGrid& grid, const Scene& scene,
-                float reference) {
-  return blended(device, view, grid, scene, std::vector<float>(grid.size(), reference));
-}
-
-double u_of(const SampleGrid& grid, std::size_t s) {
-  return grid.first + grid.step * static_cast<double>(s % static_cast<std::size_t>(grid.nx));
-}
-double v_of(const SampleGrid& grid, std::size_t s) {
-  return grid.first + grid.step * static_cast<double>(s / static_cast<std::size_t>(grid.nx));
-}
-
-// Depth at which the ray of pixel (u, v) meets the plane.
-double plane_depth(const View& view, const Vec3d& at, const Vec3d& normal, double u, double v) {
-  const Vec3d from = point_at(view, u, v, 0), direction = ray_direction(view, u, v);
-  return dot(at - from, normal) / dot(direction, normal);
-}
-
-// Largest error of a depth near 20 on a plane that the ray meets at a slope of at least 0.3: the
-// value C of the plane at the reference is a sum of three products of numbers up to 30, whose
-// factors carry five roundings each; the slope divides it; the reference is added. A mean of such
-// depths adds two more.
-constexpr double kDepthError = (3 * 8 * 30 / 0.3 + 4 * 30) * kEpsilon;
-// A normal is a gradient, plus half the weights' gradients times the differences of the depths they
-// weigh, which are 0 on a plane but for their rounding. Where the weight is at least a hundredth of
-// its most, 1 - d^2 > 0.21 and the half gradient over the weight is at most 3 / (4.2 (1 - d^2)) <
-// 3.4 a radius, times the slope of the ray, below 1.3. Two sums of them, and the length's
-// roundings.
-constexpr double kNormalError = 2 * 3.4 * 1.3 * kDepthError + 8 * kEpsilon;
-
-bool near_a_fit(const View& view, const Scene& scene, double u, double v, double depth) {
-  for (const Vec3d& foot : scene.fits.foot)
-    if (length(point_at(view, u, v, depth) - foot) < 0.75 * kBlendReach * kBlend.radius)
-      return true;
-  return false;
-}
-
-// Calls check(depth, normal, u, v) at every sample with surface and returns how many there are.
-using Check = std::function<void(double, const Vec3d&, double, double)>;
-std::size_t for_each(const Samples& samples, const Check& check) {
-  std::size_t count = 0;
-  for (std::size_t s = 0; s < samples.map.grid.size(); ++s) {
-    if (!(samples.map.depth[s] < kNoSurface)) continue;
-    ++count;
-    check(samples.map.depth[s], Vec3d(samples.map.normal[s]), u_of(samples.map.grid, s),
-          v_of(samples.map.grid, s));
-  }
-  return count;
-}
-
-const SampleGrid kGrids[] = {{37, 21, 0.5f, 1}, {19, 11, 0, 2}, {1, 1, 15, 1}};
 
 TEST_P(Blend, MatchesTheReferenceOnACrowdOfFits) {
   std::size_t compared = 0, skipped = 0, crowded = 0, on_edge = 0, ended = 0, partly = 0;
@@ -234,112 +128,6 @@ TEST_P(Blend, APlaneStaysAPlaneUpToTheRimOfTheWeight) {
                                      });
   EXPECT_GT(count, 1000u);
   EXPECT_LT(count, grid.size() - 1000);
-}
-
-// Two faces of a box, whose edge is the line x = 0 at depth 20, with fits two radii apart on both.
-void expect_crease(Device& device, double tilt, bool convex) {
-  const View view = frontal_view(37, 21);
-  const Vec3d left = normalized({convex ? -tilt : tilt, 0, 1}),
-              right = normalized({convex ? tilt : -tilt, 0, 1});
-  const Vec3d line{0, 0, -20};
-  Scene scene;
-  for (int j = -3; j <= 3; ++j)
-    for (int i = 0; i < 4; ++i) {
-      const Vec3d along = line + Vec3d{0, 2.0 * j, 0};
-      scene.add(along + normalized(cross(left, {0, 1, 0})) * (1 + 2.0 * i), left);
-      scene.add(along - normalized(cross(right, {0, 1, 0})) * (1 + 2.0 * i), right);
-    }
-  ASSERT_LT(scene.fits.foot[0].x, 0);
-  const Samples samples = blended(device, view, kGrids[0], scene, 20);
-  std::size_t count = 0;
-  for_each(samples, [&](double depth, const Vec3d& n, double u, double v) {
-    const double a = plane_depth(view, line, left, u, v);
-    const double b = plane_depth(view, line, right, u, v);
-    const Vec3d at = point_at(view, u, v, depth);
-    if (std::abs(at.x) > 3 || std::abs(at.y) > 5) return;
-    ++count;
-    EXPECT_NEAR(depth, convex ? std::max(a, b) : std::min(a, b), kDepthError);
-    if (std::abs(a - b) < 2 * kDepthError) return;
-    EXPECT_NEAR(length(n - ((a > b) == convex ? left : right)), 0, kNormalError);
-  });
-  EXPECT_GT(count, 40u);
-  // Samples beside a convex edge are marked: the density is low there.
-  std::size_t marked = 0, beside = 0;
-  for (std::size_t s = 0; s < samples.map.grid.size(); ++s) {
-    if (!(samples.map.depth[s] < kNoSurface)) continue;
-    const Vec3d at = point_at(view, u_of(kGrids[0], s), v_of(kGrids[0], s), samples.map.depth[s]);
-    if (std::abs(at.x) > 0.5 || std::abs(at.y) > 5) continue;
-    ++beside;
-    marked += samples.on_edge[s];
-  }
-  EXPECT_GT(beside, 5u);
-  EXPECT_EQ(marked, convex ? beside : 0);
-}
-
-TEST_P(Blend, AConvexCreaseTakesTheFartherSheet) { expect_crease(device_, 1, true); }
-TEST_P(Blend, AConcaveCreaseTakesTheNearerSheet) { expect_crease(device_, 1, false); }
-
-// The front face x < 3 of a box at depth 20, whose side x = 3 faces away from the eye: only hidden
-// particles tell of it.
-Scene face_and_side(bool with_side) {
-  Scene scene;
-  for (int j = -4; j <= 2; ++j)
-    for (int i = 0; i < 4; ++i) {
-      scene.add({2 - 2.0 * i, 2.0 * j, -20}, {0, 0, 1});
-      if (with_side) scene.add({3, 2.0 * j, -21 - 2.0 * i}, {1, 0, 0}, 0);
-    }
-  return scene;
-}
-
-TEST_P(Blend, AFaceEndsWhereItsHiddenNeighbourBegins) {
-  const View view =
-      frontal_view(40, 40);  // a pixel is one radius at depth 20, x = 3 lies at u = 23
-  const SampleGrid grid{201, 201, 22, 0.01f};
-  const Samples samples = blended(device_, view, grid, face_and_side(true), 20);
-  for (std::size_t s = 0; s < grid.size(); ++s) {
-    ASSERT_NEAR(samples.map.depth[s], 20, kDepthError);
-    const double x = point_at(view, u_of(grid, s), v_of(grid, s), 20).x;
-    // A hundredth of a radius is a pixel of this grid.
-    if (std::abs(x - 3) > 0.01) {
-      ASSERT_EQ(samples.ended[s], x > 3) << x;
-      ASSERT_EQ(samples.on_edge[s], x < 3) << x;
-    }
-  }
-  // A face beside which no hidden sheet is known ends where its fits do.
-  const Samples alone = blended(device_, view, grid, face_and_side(false), 20);
-  EXPECT_EQ(std::count(alone.ended.begin(), alone.ended.end(), true), 0);
-  EXPECT_EQ(std::count(alone.on_edge.begin(), alone.on_edge.end(), true), 0);
-  // Nor does one that a hidden sheet behind it does not touch.
-  Scene apart = face_and_side(false);
-  for (int j = -4; j <= 2; ++j) apart.add({3, 2.0 * j, -27}, {1, 0, 0}, 0);
-  const Samples free = blended(device_, view, grid, apart, 20);
-  EXPECT_EQ(std::count(free.ended.begin(), free.ended.end(), true), 0);
-  EXPECT_EQ(std::count(free.on_edge.begin(), free.on_edge.end(), true), 0);
-}
-
-// The same face beside one that rays meet at a cosine of about `facing`, beyond the reach of its
-// fits.
-TEST_P(Blend, ASteepFaceVouchesForItsNeighbourAndEndsNothing) {
-  const View view = frontal_view(40, 40);
-  const SampleGrid grid{201, 201, 22, 0.01f};
-  const auto with_side = [&](double facing) {
-    const Vec3d normal{std::sqrt(1 - facing * facing), 0, facing}, down{facing, 0, -normal.x};
-    Scene scene = face_and_side(false);
-    for (int j = -4; j <= 2; ++j)
-      for (int i = 0; i < 4; ++i)
-        scene.add(Vec3d{3, 2.0 * j, -20} + down * (1 + 2.0 * i), normal, 0);
-    return blended(device_, view, grid, scene, 20);
-  };
-  const Samples steep = with_side(0.3);
-  for (std::size_t s = 0; s < grid.size(); ++s) {
-    ASSERT_FALSE(steep.ended[s]);
-    const double x = point_at(view, u_of(grid, s), v_of(grid, s), 20).x;
-    if (std::abs(x - 3) > 0.01) {
-      ASSERT_EQ(steep.on_edge[s], x < 3) << x;
-    }
-  }
-  const Samples flat = with_side(0.7);
-  EXPECT_EQ(std::count(flat.on_edge.begin(), flat.on_edge.end(), true), 0);
 }
 
 TEST_P(Blend, FitsFarFromTheReferenceOrFacingAwayOrWithoutTrustDoNotCount) {

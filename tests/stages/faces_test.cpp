@@ -36,12 +36,14 @@ ParticleFits edge_of_block(double edge_of_bevel) {
   add_plane(fits, x * -2.5, y, origin, 0.2);
   add_plane(fits, z * -1, z, z * -1, 0.2);
   add_plane(fits, z * -6, normalized(x - z), origin, 0.2);  // out of reach
+  // passes where the bevel's surface would be, but faces another way than the edge
+  add_plane(fits, z * -2.2, normalized(z * 2 - x), origin, 0.2);
   return fits;
 }
 
 TEST(FacesBesideBevels, AreTheNearestOfEachDirectionOnWhichTheBevelLies) {
   const ParticleFits fits = edge_of_block(0.0005);
-  const auto [faces, trust] = faces_beside_bevels(fits, {1, 0.9, 0.8, 0.7, 0.6, 0.5}, 1);
+  const auto [faces, trust] = faces_beside_bevels(fits, {1, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4}, 1);
   ASSERT_EQ(faces.size(), 2U);
   EXPECT_EQ(trust, (std::vector<double>{0.9, 0.7}));
   for (const std::size_t k : {0, 1}) {
@@ -59,23 +61,29 @@ TEST(FacesBesideBevels, PassNearTheBevel) {
   ParticleFits fits = edge_of_block(0.0005);
   for (float& value : fits.quadric[1]) value /= 2;
   fits.quadric[1][0] = -1;  // it is 0 two particle radii before the bevel's particle
-  const auto [faces, trust] = faces_beside_bevels(fits, {1, 0.9, 0.8, 0.7, 0.6, 0.5}, 1);
+  const auto [faces, trust] = faces_beside_bevels(fits, {1, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4}, 1);
   ASSERT_EQ(faces.size(), 2U);
   EXPECT_EQ(trust, (std::vector<double>{0.7, 0.8}));
 }
 
 TEST(FacesBesideBevels, CountAsFarAsThereIsABevel) {
-  const std::vector<double> trust(6, 1.0);
-  const TrustedFits half = faces_beside_bevels(edge_of_block(0.003), trust, 1);
+  const std::vector<double> trust(7, 1.0);
+  const TrustedFits half = faces_beside_bevels(edge_of_block(0.02), trust, 1);
   ASSERT_EQ(half.fits.size(), 2U);
   EXPECT_NEAR(half.fits.edge[0], 0.1, 1e-12);
-  EXPECT_EQ(faces_beside_bevels(edge_of_block(0.005), trust, 1).fits.size(), 0U);
+  EXPECT_EQ(faces_beside_bevels(edge_of_block(0.03), trust, 1).fits.size(), 0U);
+}
+
+TEST(FacesBesideBevels, AreNotWhereTheFluidIsRound) {
+  ParticleFits round = edge_of_block(0.0005);
+  round.roundness[0] = 1;
+  EXPECT_EQ(faces_beside_bevels(round, std::vector<double>(7, 1.0), 1).fits.size(), 0U);
 }
 
 TEST(FacesBesideBevels, AreNotOfGroups) {
   ParticleFits groups = edge_of_block(0.0005);
   groups.extent.assign(groups.size(), 1.0);
-  EXPECT_EQ(faces_beside_bevels(groups, std::vector<double>(6, 1.0), 1).fits.size(), 0U);
+  EXPECT_EQ(faces_beside_bevels(groups, std::vector<double>(7, 1.0), 1).fits.size(), 0U);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@ constexpr int kRecord = 16, kCached = 48;
 constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
 constexpr float kPull = 0.75f, kRoundPull = -0.2f, kRoundest = 0.9f;  // of hits.cl
 constexpr float kGraze = 0.3f, kOver = 0.06f, kSurelyOver = 0.8f, kWithin = -0.05f, kSteep = 0.5f,
-                kVouching = 1e-3f, kVouchingSure = 3e-4f;
+                kVouching = 1e-3f, kVouchingSure = 3e-4f, kCredible = 0.05f;
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
 
 struct Sample {
@@ -210,6 +210,65 @@ struct Blended {
   Ints group = Ints{} - 1;
 };
 
+// A sheet's depth behind the reference, the middle of its feet, and the direction of its gradients.
+struct Middle {
+  Floats z, cx, cy, cz, nx, ny, nz;
+};
+
+inline Middle middle_of(const Sheet& s) {
+  const Floats v = 1.0f / larger(s.w, all(kTiny)),
+               size = inverse_root(square_of(s.nx, s.ny, s.nz), kTiny);
+  return {s.t * v, s.cx * v, s.cy * v, s.cz * v, s.nx * size, s.ny * size, s.nz * size};
+}
+
+inline Ints convex_between(const Middle& a, const Middle& b) {
+  return dot_of(b.cx - a.cx, b.cy - a.cy, b.cz - a.cz, a.nx - b.nx, a.ny - b.ny, a.nz - b.nz) <
+         0.0f;
+}
+
+inline Floats takes_over(const Floats& a, const Floats& b, const Ints& convex, const Floats& share,
+                         float crease) {
+  const Floats meeting = convex ? larger(a, b) : smaller(a, b);
+  return (meeting == b) & (magnitude(a - b) <= crease) ? share : Floats{};
+}
+
+// How much of what a ray meets is of sheets B and C.
+struct Shares {
+  Floats b, c;
+};
+
+inline Shares shares_in_corner(const Middle& a, const Middle& b, const Middle& c,
+                               const Floats& some_b, const Floats& some_c, const Ints& only_b,
+                               float crease) {
+  const Floats one = all(1.0f);
+  const Ints ab = convex_between(a, b), ac = convex_between(a, c), bc = convex_between(b, c);
+  const auto b_on = [&](const Floats& depth, const Floats& other) {
+    return only_b ? one : takes_over(depth, other, ab, some_b, crease);
+  };
+  const Floats b1 = b_on(a.z, b.z);
+  const Floats c1 = takes_over(a.z + (b.z - a.z) * b1, c.z, ac, some_c, crease);
+  const Floats c2 = takes_over(a.z, c.z, ac, some_c, crease);
+  const Floats b2 = b_on(a.z + (c.z - a.z) * c2, b.z);
+  const Floats c3 = takes_over(b.z, c.z, bc, some_c, crease);
+  const Floats b3 = b_on(a.z, b.z + (c.z - b.z) * c3);
+  const Ints odd_ac = (ab == bc) & (ab != ac), odd_bc = (ab == ac) & (ab != bc);
+  return {odd_bc   ? b3 * (one - c3)
+          : odd_ac ? b2
+                   : b1 * (one - c1),
+          odd_bc   ? b3 * c3
+          : odd_ac ? c2 * (one - b2)
+                   : c1};
+}
+
+inline void add_normal(const Sheet& s, const Floats& z, const Floats& share, Blended& out) {
+  const Floats gx = s.nx + (z * s.vx - s.ux), gy = s.ny + (z * s.vy - s.uy),
+               gz = s.nz + (z * s.vz - s.uz);
+  const Floats scale = share / root(larger(square_of(gx, gy, gz), all(kTiny)));
+  out.nx = fused(gx, scale, out.nx);
+  out.ny = fused(gy, scale, out.ny);
+  out.nz = fused(gz, scale, out.nz);
+}
+
 struct Listed {
   List met, rim;
 };
@@ -228,7 +287,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   int kept = 0, rest = listed.met.count;
   Blended out;
   Floats best{}, ax{}, ay{}, az{}, trust{}, firm{}, height{};
-  Sheet A, B;
+  Sheet A, B, C;
   // Half of the fits near the beam are met beyond their reach, and which could not be foreseen:
   // first all that rays meet, without a branch, then the weights of those that count.
   for (int from = 0; from < listed.met.count; from += kBlock) {
@@ -277,6 +336,13 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   const auto alike = [&](const Hit& hit, const float* g) {
     return g[15] + dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az);
   };
+  const auto turn_to = [](const Floats& nx, const Floats& ny, const Floats& nz, Floats& x,
+                          Floats& y, Floats& z) {
+    const Floats size = square_of(nx, ny, nz), scale = inverse_root(size, kTiny);
+    x = size > kTiny ? nx * scale : x;
+    y = size > kTiny ? ny * scale : y;
+    z = size > kTiny ? nz * scale : z;
+  };
   // Calls visit(hit, record, foot) for the hits in the cache and those that are found again.
   const auto each_hit = [&](auto&& visit) {
     for (int k = 0; k < kept; ++k)
@@ -311,51 +377,82 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
         nz = fused(a, hit.gz, nz);
       });
     }
-    const Floats size = nx * nx + ny * ny + nz * nz;
-    const Floats scale = inverse_root(size, kTiny);
-    ax = size > kTiny ? nx * scale : ax;
-    ay = size > kTiny ? ny * scale : ay;
-    az = size > kTiny ? nz * scale : az;
+    turn_to(nx, ny, nz, ax, ay, az);
   }
+  Floats third{};
   if (!one_sheet) {
     A = Sheet{};
+    Floats bx{}, by{}, bz{}, most{};
     each_hit([&](const Hit& hit, const float* g, const float* foot) {
-      const Floats share = same(alike(hit, g));
+      const Floats share = same(alike(hit, g)), left = (1.0f - share) * hit.weight;
       add_hit(A, foot, s, hit, share);
       add_hit(B, foot, s, hit, 1.0f - share);
+      const Ints better = left > most;
+      most = better ? left : most;
+      bx = better ? hit.gx : bx;
+      by = better ? hit.gy : by;
+      bz = better ? hit.gz : bz;
     });
+    const Floats length = root(square_of(B.nx, B.ny, B.nz)) / larger(B.w, tiny);
+    third = (1.0f - smooth_step(0.95f, 0.98f, length)) *
+            smooth_step(0.003f, 0.02f, B.w / larger(A.w + B.w, tiny));
+    if (any(third > 0.0f)) {
+      const auto of_b = [&](const Hit& hit, const float* g) {
+        return same(g[15] + dot_of(hit.gx, hit.gy, hit.gz, bx, by, bz));
+      };
+      Floats nx{}, ny{}, nz{};
+      each_hit([&](const Hit& hit, const float* g, const float*) {
+        const Floats w = (1.0f - same(alike(hit, g))) * hit.weight * of_b(hit, g);
+        nx = fused(w, hit.gx, nx);
+        ny = fused(w, hit.gy, ny);
+        nz = fused(w, hit.gz, nz);
+      });
+      turn_to(nx, ny, nz, bx, by, bz);
+      B = Sheet{};
+      each_hit([&](const Hit& hit, const float* g, const float* foot) {
+        const Floats others = 1.0f - same(alike(hit, g)), other = third * (1.0f - of_b(hit, g));
+        add_hit(B, foot, s, hit, others * (1.0f - other));
+        add_hit(C, foot, s, hit, others * other);
+      });
+    }
   }
 
-  const Floats va = 1.0f / larger(A.w, tiny), vb = 1.0f / larger(B.w, tiny);
-  const Floats za = A.t * va, zb = B.t * vb;
-  const Floats sb = inverse_root(B.nx * B.nx + B.ny * B.ny + B.nz * B.nz, kTiny);
-  const Floats hx = B.cx * vb - A.cx * va, hy = B.cy * vb - A.cy * va, hz = B.cz * vb - A.cz * va;
-  const Floats h = hx * ax + hy * ay + hz * az - (hx * B.nx + hy * B.ny + hz * B.nz) * sb;
-  const Floats meeting = h < 0.0f ? larger(za, zb) : smaller(za, zb);
-  const Ints meet = magnitude(za - zb) <= in.crease;
-  Floats share = smooth_step(0.003f, 0.02f, B.w / larger(A.w + B.w, tiny));
-  share = (meeting == zb) & meet ? share : none;
-  share = ~(A.w > 1e-9f * B.w) ? one : share;
-  const Floats rest_share = one - share;
-  out.depth = best > 0.0f ? s.t + za * rest_share + zb * share : out.depth;
-  const Floats gax = A.nx + (za * A.vx - A.ux), gay = A.ny + (za * A.vy - A.uy),
-               gaz = A.nz + (za * A.vz - A.uz);
-  const Floats gbx = B.nx + (zb * B.vx - B.ux), gby = B.ny + (zb * B.vy - B.uy),
-               gbz = B.nz + (zb * B.vz - B.uz);
-  const Floats la = rest_share / root(larger(gax * gax + gay * gay + gaz * gaz, tiny));
-  const Floats lb = share / root(larger(gbx * gbx + gby * gby + gbz * gbz, tiny));
-  const Floats nx = gax * la + gbx * lb, ny = gay * la + gby * lb, nz = gaz * la + gbz * lb;
-  const Floats size = inverse_root(nx * nx + ny * ny + nz * nz, kTiny);
-  out.nx = nx * size;
-  out.ny = ny * size;
-  out.nz = nz * size;
+  const Floats weights = A.w + B.w + C.w;
+  const Middle a = middle_of(A), b = middle_of(B), c = middle_of(C);
+  Ints edge{};
+  Shares shares{};
+  if (!one_sheet) {
+    const Floats per_all = 1.0f / larger(weights, tiny);
+    const Floats some_b = smooth_step(0.003f, 0.02f, B.w * per_all);
+    const Ints convex = convex_between(a, b), only_b = ~(A.w > 1e-9f * B.w);
+    edge = (B.w > 0.03f * A.w) & convex & (magnitude(a.z - b.z) <= in.crease);
+    if (any(third > 0.0f)) {
+      const Floats some_c = smooth_step(0.003f, 0.02f, C.w * per_all);
+      shares = shares_in_corner(a, b, c, some_b, some_c, only_b, in.crease);
+      edge |= (C.w > 0.03f * A.w) & convex_between(a, c) & (magnitude(a.z - c.z) <= in.crease);
+    } else {
+      shares.b = only_b ? one : takes_over(a.z, b.z, convex, some_b, in.crease);
+    }
+  }
+  const Floats of_a = one - shares.b - shares.c, of_b = shares.b, of_c = shares.c;
+  out.depth = best > 0.0f ? s.t + a.z * of_a + b.z * of_b + c.z * of_c : out.depth;
+  add_normal(A, a.z, of_a, out);
+  if (!one_sheet) {
+    add_normal(B, b.z, of_b, out);
+    add_normal(C, c.z, of_c, out);
+  }
+  const Floats size = inverse_root(square_of(out.nx, out.ny, out.nz), kTiny);
+  out.nx *= size;
+  out.ny *= size;
+  out.nz *= size;
   face_eye(s.dx, s.dy, out.nx, out.ny, out.nz);
 
   const Floats end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   Floats wr{}, fr{}, crx{}, cry{}, crz{}, nrx{}, nry{}, nrz{}, within{}, beyond{};
-  const Floats of_a = va * rest_share, of_b = vb * share;
-  const Floats mx = fused(A.cx, of_a, B.cx * of_b), my = fused(A.cy, of_a, B.cy * of_b),
-               mz = fused(A.cz, of_a, B.cz * of_b);
+  Floats outside{}, strong{}, strong_outside{};
+  const Floats mx = fused(a.cx, of_a, fused(b.cx, of_b, c.cx * of_c)),
+               my = fused(a.cy, of_a, fused(b.cy, of_b, c.cy * of_c)),
+               mz = fused(a.cz, of_a, fused(b.cz, of_b, c.cz * of_c));
   const Floats steep = -kSteep * root(square_of(s.dx, s.dy, one));
   const Box box = box_of(ex, ey, -out.depth, out.depth < kNowhere);
   for (int k = 0; k < listed.rim.count; k += kWidth)
@@ -384,7 +481,11 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       within += f > 0.0f ? none : says;
       beyond += f > 0.0f ? says : none;
       const Floats w = along > 0.0f ? weight : none;
+      const Floats out_w = f < 0.0f ? none : w;
       wr += w;
+      outside += out_w;
+      strong = fused(w, all(g[13]), strong);
+      strong_outside = fused(out_w, all(g[13]), strong_outside);
       fr = fused(w, larger(f, all(kWithin)), fr);
       crx = fused(w, all(foot[0]), crx);
       cry = fused(w, all(foot[1]), cry);
@@ -395,14 +496,15 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     }
   const Floats vr = 1.0f / larger(wr, tiny);
   const Floats rx = crx * vr - mx, ry = cry * vr - my, rz = crz * vr - mz;
-  const Ints ended = (wr > 1e-3f) & (fr > 0.0f) & (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
+  const Ints credible = strong_outside * wr > kCredible * (strong * outside);
+  const Ints ended = (wr > 1e-3f) & (fr > 0.0f) & credible &
+                     (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
                      (rx * nrx + ry * nry + rz * nrz > 0.0f);
   out.trust =
-      smaller(1.001f * (A.w + B.w) / larger(trust, tiny), one) * smooth_step(0.002f, 0.015f, firm);
+      smaller(1.001f * weights / larger(trust, tiny), one) * smooth_step(0.002f, 0.015f, firm);
   const Floats least = out.trust >= 1.0f ? all(kVouchingSure) : all(kVouching);
-  const Ints edge =
-      ((B.w > 0.03f * A.w) & (h < 0.0f) & meet) | ((within > least) & (within > beyond));
-  const Ints over = height > kOver * (A.w + B.w), passed = over & (out.trust > kSurelyOver);
+  edge |= (within > least) & (within > beyond);
+  const Ints over = height > kOver * weights, passed = over & (out.trust > kSurelyOver);
   out.trust = over & ~passed ? none : out.trust;
   out.trust += passed ? all(8.0f) : ended ? all(4.0f) : edge ? all(2.0f) : none;
   return out;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -133,7 +134,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   out.hits = hits.size();
   if (hits.empty()) return out;
 
-  // Sheet A around the gradient that dominates, sheet B the rest.
+  // Sheet A around the gradient that dominates.
   const auto same = [&](const Vec3d& a, const Vec3d& b) {
     return smooth_passage(params.same_low, params.same_high, dot(a, b));
   };
@@ -150,18 +151,38 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     for (const Hit& hit : hits) sum += hit.gradient * (hit.weight * belongs(hit, axis));
     if (length(sum) > 1e-15) axis = normalized(sum);
   }
+  // Where what is not of A faces two ways, as far as it counts, it makes two sheets, B and C.
+  const auto rest_of = [&](const Hit& hit) { return hit.weight * (1 - belongs(hit, axis)); };
+  double weight_a = 0, weight_b = 0;
+  Vec3d sum_b;
+  for (const Hit& hit : hits) {
+    weight_a += hit.weight * belongs(hit, axis);
+    weight_b += rest_of(hit);
+    sum_b += rest_of(hit) * hit.gradient;
+  }
+  const double third = weight_b > 0
+                           ? (1 - smooth_passage(0.95, 0.98, length(sum_b) / weight_b)) *
+                                 smooth_passage(0.003, 0.02, weight_b / (weight_a + weight_b))
+                           : 0;
+  Vec3d other = std::max_element(hits.begin(), hits.end(), [&](const Hit& a, const Hit& b) {
+                  return rest_of(a) < rest_of(b);
+                })->gradient;
+  Vec3d sum;
+  for (const Hit& hit : hits) sum += hit.gradient * (rest_of(hit) * belongs(hit, other));
+  if (length(sum) > 1e-15) other = normalized(sum);
   struct Sheet {
     double weight = 0, t = 0;
     Vec3d centre, normal;  // normal: sum of the gradients
-    Vec3d blended;         // ... with half of the weights' gradients
+    Vec3d blended;         // ... with a share of the weights' gradients
     double cancelled = 0;
-  } sheets[2];
+  } sheets[3];
   double untrusted = 0, firm = 0, all = 0, height = 0;
-  for (int s = 0; s < 2; ++s) {
+  for (int s = 0; s < 3; ++s) {
     Sheet& sheet = sheets[s];
     const auto part = [&](const Hit& hit) {
-      const double a = belongs(hit, axis);
-      return hit.weight * (s == 0 ? a : 1 - a);
+      if (s == 0) return hit.weight * belongs(hit, axis);
+      const double c = third * (1 - belongs(hit, other));
+      return rest_of(hit) * (s == 1 ? 1 - c : c);
     };
     for (const Hit& hit : hits) {
       sheet.weight += part(hit);
@@ -189,21 +210,61 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
       sheet.cancelled += length(pull) * (std::abs(sheet.t - t0) + std::abs(hit.t - t0));
     }
   }
-  const auto& [a, b] = sheets;
-  // Convex where each sheet's centre lies behind the other's plane.
-  const Vec3d apart = b.centre - a.centre;
-  const bool both = b.weight > 0;
-  const double side = both ? dot(apart, axis) - dot(apart, normalized(b.normal)) : 0;
-  const bool convex = side < 0, near = both && std::abs(a.t - b.t) <= params.crease;
-  const bool takes_b = near && (convex ? b.t >= a.t : b.t <= a.t);
-  double share = takes_b ? smooth_passage(0.003, 0.02, b.weight / (a.weight + b.weight)) : 0;
-  if (!(a.weight > 1e-9 * b.weight)) share = 1;
-  if (both && b.weight > 0.003 * (a.weight + b.weight))
-    out.margin = std::min(
-        {std::abs(side), std::abs(a.t - b.t), std::abs(std::abs(a.t - b.t) - params.crease)});
-  out.depth = (share < 1 ? (1 - share) * a.t : 0) + (share > 0 ? share * b.t : 0);
-  out.normal = normalized((share < 1 ? (1 - share) * normalized(a.blended) : Vec3d{}) +
-                          (share > 0 ? share * normalized(b.blended) : Vec3d{}));
+  const auto& [a, b, c] = sheets;
+  // How far each sheet's centre lies over the other's plane: convex where both lie behind.
+  const auto side = [](const Sheet& p, const Sheet& q) {
+    return dot(q.centre - p.centre, normalized(p.normal) - normalized(q.normal));
+  };
+  const auto near = [&](double p, double q) { return std::abs(p - q) <= params.crease; };
+  // How far depth q takes the place of p.
+  const auto takes = [&](double p, double q, bool convex, double some) {
+    return near(p, q) && (convex ? q >= p : q <= p) ? some : 0;
+  };
+  const bool has_b = b.weight > 0, has_c = c.weight > 0;
+  const double some_b = smooth_passage(0.003, 0.02, b.weight / all),
+               some_c = smooth_passage(0.003, 0.02, c.weight / all);
+  const bool ab = has_b && side(a, b) < 0, ac = has_c && side(a, c) < 0,
+             bc = has_c && side(b, c) < 0;
+  const auto of_b = [&](double depth, double beside) {
+    return a.weight > 1e-9 * b.weight ? takes(depth, beside, ab, some_b) : 1;
+  };
+  double share_b = 0, share_c = 0;
+  if (!has_c) {
+    if (has_b) share_b = of_b(a.t, b.t);
+  } else if (ab == bc && ab != ac) {  // A meets C, then B
+    const double first = takes(a.t, c.t, ac, some_c);
+    share_b = of_b(a.t + first * (c.t - a.t), b.t);
+    share_c = first * (1 - share_b);
+  } else if (ab == ac && ab != bc) {  // B meets C, then A
+    const double first = takes(b.t, c.t, bc, some_c);
+    const double both = of_b(a.t, b.t + first * (c.t - b.t));
+    share_b = both * (1 - first);
+    share_c = both * first;
+  } else {  // A meets B, then C
+    const double first = of_b(a.t, b.t);
+    share_c = takes(a.t + first * (b.t - a.t), c.t, ac, some_c);
+    share_b = first * (1 - share_c);
+  }
+  const std::array shares{1 - share_b - share_c, share_b, share_c};
+  const auto tell_apart = [&](const Sheet& p, const Sheet& q) {
+    if (!(std::min(p.weight, q.weight) > 0.003 * all)) return;
+    out.margin = std::min({out.margin, std::abs(side(p, q)), std::abs(p.t - q.t),
+                           std::abs(std::abs(p.t - q.t) - params.crease)});
+  };
+  if (has_b) tell_apart(a, b);
+  if (has_c) {
+    tell_apart(a, c);
+    tell_apart(b, c);
+  }
+  out.depth = 0;
+  Vec3d shown;  // the middle of what is shown
+  for (int s = 0; s < 3; ++s) {
+    if (!(shares[s] > 0)) continue;
+    out.depth += shares[s] * sheets[s].t;
+    out.normal += shares[s] * normalized(sheets[s].blended);
+    shown += shares[s] * sheets[s].centre;
+  }
+  out.normal = normalized(out.normal);
   out.normal = facing(out.normal, ray);
   for (const Sheet& sheet : sheets)
     if (sheet.weight > 0)
@@ -213,14 +274,14 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   const bool over = height > 0.06 * all;
   out.passed = over && out.trust > 0.8;
   if (over && !out.passed) out.trust = 0;  // nothing is met
-  out.on_edge = near && convex && b.weight > 0.03 * a.weight;
+  out.on_edge = (ab && near(a.t, b.t) && b.weight > 0.03 * a.weight) ||
+                (ac && near(a.t, c.t) && c.weight > 0.03 * a.weight);
 
   // Sheet R: what faces away near the point, with another normal. It and steep faces that meet the
   // surface in a convex edge vouch for a point within them.
   const Vec3d at = start + ray * (out.depth - t0);
-  const Vec3d shown =
-      (share < 1 ? (1 - share) * a.centre : Vec3d{}) + (share > 0 ? share * b.centre : Vec3d{});
   double weight = 0, level = 0, within = 0, beyond = 0;
+  double strong = 0, outside = 0, strong_outside = 0;
   Vec3d centre, normal;
   for (std::size_t k = 0; k < fits.size(); ++k) {
     if (!counts(fits, trust, k)) continue;
@@ -234,12 +295,17 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     const Vec3d to = fits.foot[k] - shown;
     if (dot(to, out.normal) < 0 && dot(to, g) > 0) (f > 0 ? beyond : within) += w;
     if (dot(g, ray) <= 0) continue;
+    const double own = fits.edge[k] * fits.surface[k] * trust[k];
     weight += w;
+    strong += w * own;
+    if (f >= 0) outside += w;
+    if (f >= 0) strong_outside += w * own;
     level += w * std::max(f, -0.05);  // of several faces the one that it lies outside of
     centre += w * fits.foot[k];
     normal += w * g;
   }
-  if (weight > 1e-3 && level > 0) {
+  // Bevels between hidden faces end nothing that these hold.
+  if (weight > 1e-3 && level > 0 && strong_outside * weight > 0.05 * strong * outside) {
     const Vec3d to = centre / weight - shown;
     out.ended = dot(to, out.normal) < 0 && dot(to, normal) > 0;
   }
