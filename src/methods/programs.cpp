@@ -33,7 +33,7 @@ std::vector<ProgramName> closed_programs(const Parameters& params, const Device:
   programs.add("density.cl", wide);
   programs.add("roundness.cl", wide);
   programs.add("particle_fit.cl", wide);
-  programs.add("sheet.cl", width);
+  programs.add("sheet.cl", wide);
   programs.add("implicit.cl", wide);
   if (params.motion) programs.add("motion.cl", width);
   return programs.all;
@@ -51,7 +51,7 @@ std::vector<ProgramName> programs_of(const Parameters& params, const Device::Sta
   if (device.is_in_place()) programs.add("fill.cl", one);
   programs.add("roundness.cl", wide);
   programs.add("particle_fit.cl", wide);
-  programs.add("sheet.cl", width);
+  programs.add("sheet.cl", wide);
   const bool by_minima = device.discs == DiscForm::minima;
   programs.add(by_minima ? "minima.cl" : "region.cl", width);
   programs.add("list_samples.cl", width);

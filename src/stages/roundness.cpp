@@ -125,7 +125,7 @@ SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlac
                       const FitParams& params, const BlendParams& blend, double disorder) {
   const LaneSheet sheet(device, trials.neighbours.sheet, kValues);
   compare_trials(device, surface, trials.neighbours, params, blend, sheet);
-  const int width = device.state().vector_width;
+  const int width = device.state().wide_width();
   const std::size_t n = trials.to.size;
   const double most = std::min(disorder, 1.0), noise = kOfDisorder * most * (1 - most / 2),
                rounder =
@@ -142,7 +142,7 @@ SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlac
 
 void tell_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
                     const FitSurface& surface) {
-  const int width = device.state().vector_width;
+  const int width = device.state().wide_width();
   const std::size_t n = trials.to.size;
   launch(device, kernels::tell_roundness, width, range_of_blocks(n, width), surface.normal,
          scored.cells, scored.normal, scored.share, scored.value, trials.particle,

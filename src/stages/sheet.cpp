@@ -39,7 +39,7 @@ void average_sheet(Device& device, const SheetFits& fits, const SheetWeights& we
                    const Buffer<float>& mean) {
   const std::size_t n = fits.share.size;
   if (n == 0) return;
-  const int width = device.state().vector_width;
+  const int width = device.state().wide_width();
   launch(device, kernels::average_on_sheets, width, range_of_blocks(n, width), mean, fits.cells,
          fits.normal, fits.share, fits.value,
          records::SheetMeans{static_cast<cl_int>(n), static_cast<cl_int>(fits.value.size / n),
