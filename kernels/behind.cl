@@ -11,7 +11,8 @@ kernel void splat_behind(SAMPLES(const, sample, count),
                          global const float* behind,  // [samples] depth, finite where listed
                          global float* depth,         // [samples] out in the listed bins
                          const ListedBins bins, const Lattice samples, const float gap) {
-  const int tile = tile_of_group();
+  const int tile = tile_of_item();
+  if (tile >= tiles_in(samples.nx, samples.ny)) return;
   for (int place = item_of_tile() * WIDTH; place < count[tile]; place += TILE_ITEMS * WIDTH) {
     int at[WIDTH], column[WIDTH], row[WIDTH], bin[WIDTH];
     global const int* list = sample + tile * TILE_SAMPLES + place;

@@ -543,12 +543,14 @@ kernel void blend_groups(SAMPLES(const, sample, count),
                          FITS(record, foot), FITS_OF_TILES(), BLENDED(, ),  // out where listed
                          const Screen screen,
                          const Blending blending) {
+  const int tile = tile_of_item();
+  if (tile >= tiles_of(screen)) return;
   const Fits fits = {record, foot};
-  const Listed listed = {list_of(tile_of_group(), met_start, met, met_place, strides.x),
-                         list_of(tile_of_group(), rim_start, rim, rim_place, strides.y)};
+  const Listed listed = {list_of(tile, met_start, met, met_place, strides.x),
+                         list_of(tile, rim_start, rim, rim_place, strides.y)};
   Lanes lanes;
   for (int place = item_of_tile() * WIDTH;; place += TILE_ITEMS * WIDTH) {
-    if (!load_lanes(tile_of_group(), place, sample, count, screen, &lanes)) return;
+    if (!load_lanes(tile, place, sample, count, screen, &lanes)) return;
     const floatv near = gather_float(reference, lanes.at);
     lanes.used &= near < INFINITY;
     if (!ANY(lanes.used)) continue;

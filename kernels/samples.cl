@@ -13,21 +13,35 @@ typedef struct {
   Rays rays;
 } Lanes;
 
-// The tile of the work-group, from what is the same for all its items: loop bounds depend on it.
-inline int tile_of_group(void) { return (int)(get_group_id(0) * get_local_size(0)) / TILE_ITEMS; }
+// The tile of a work-item. Where the items of a work-group share it, it comes from what is the same for
+// all of them: loop bounds depend on it. Where an item has a tile of its own, the last ones may be beyond all
+// tiles.
+inline int tile_of_item(void) {
+#if TILE_ITEMS == 1
+  return get_global_id(0);
+#else
+  return (int)(get_group_id(0) * get_local_size(0)) / TILE_ITEMS;
+#endif
+}
 
-// The same for work that differs much from part to part of the image: groups of one item are dealt
-// to DEALT parts of it. A CPU's thread takes hundreds of groups that follow each other, and those
+// The same for work that differs much from part to part of the image: items with a tile of their own are
+// dealt to DEALT parts of it. A CPU's thread takes hundreds of items that follow each other, and those
 // then have about as much work as any others. Where work is even, what lies together is faster.
 #define DEALT 4
 inline int dealt_tile(void) {
 #if TILE_ITEMS == 1
-  const int group = get_group_id(0), tiles = get_num_groups(0), part = group % DEALT;
-  return part * (tiles / DEALT) + min(part, tiles % DEALT) + group / DEALT;
+  const int item = get_global_id(0), items = get_global_size(0), part = item % DEALT;
+  return part * (items / DEALT) + min(part, items % DEALT) + item / DEALT;
 #else
-  return tile_of_group();
+  return tile_of_item();
 #endif
 }
+
+inline int tiles_in(const int nx, const int ny) {
+  return (nx + TILE - 1) / TILE * ((ny + TILE - 1) / TILE);
+}
+
+inline int tiles_of(const Screen screen) { return tiles_in(screen.nx, screen.ny); }
 
 // Which of the TILE_ITEMS items of its tile a work-item is.
 inline int item_of_tile(void) { return (int)get_global_id(0) % TILE_ITEMS; }
@@ -55,10 +69,6 @@ inline int load_lanes(const int tile, const int place,
   const floatv u = screen.first + screen.step * TO_FLOATV(at - row * screen.nx);
   lanes->rays = rays_at(screen.rays, u, screen.first + screen.step * TO_FLOATV(row));
   return 1;
-}
-
-inline int tiles_of(const Screen screen) {
-  return (screen.nx + TILE - 1) / TILE * ((screen.ny + TILE - 1) / TILE);
 }
 
 // Adds samples to a tile's second list, where wanted. Where one item goes through the tile, `used` are

@@ -326,7 +326,8 @@ kernel void settle_samples(
   const Cells cells = CELLS_OF(cell_);
   Lanes lanes[VECTORS];
   Around around;
-  const int tile = tile_of_group();
+  const int tile = tile_of_item();
+  if (tile >= tiles_of(how.screen)) return;
   global int* left = count + tiles_of(how.screen) + tile;
   int used = 0;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
@@ -362,9 +363,11 @@ kernel void follow_field(SAMPLES(const, selected, count),
   Lanes lanes[VECTORS];
   floatv last[VECTORS];
   Around around;
+  const int tile = dealt_tile(), tiles = tiles_of(how.screen);
+  if (tile >= tiles) return;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
-    const int vectors = load_work(dealt_tile(), place, selected, count + tiles_of(how.screen),
-                                  how.screen, lanes, &around);
+    const int vectors =
+        load_work(tile, place, selected, count + tiles, how.screen, lanes, &around);
     if (!vectors) return;
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
@@ -443,7 +446,7 @@ kernel void settle_gaps(SAMPLES(const, sample, count), global const float* refer
   Lanes lane;
   Around around;
   for (int place = item_of_tile();; place += TILE_ITEMS) {
-    if (!load_work(tile_of_group(), place, sample, count, how.screen, &lane, &around)) return;
+    if (!load_work(tile_of_item(), place, sample, count, how.screen, &lane, &around)) return;
     const float t0 = reference[lane.at[0]], t = depth[lane.at[0]], last = behind[lane.at[0]];
     if (t0 < INFINITY && !(t < INFINITY)) {
       ask_for(search_from(t, t0, last, how.limits), search_to(t, t0, how.limits), 1, &around);
@@ -452,7 +455,7 @@ kernel void settle_gaps(SAMPLES(const, sample, count), global const float* refer
     }
     const Stretch on = splash_on(&lane, from, to, depth);
     if (!on.any) continue;
-    load_work(tile_of_group(), place, sample, count, how.screen, &lane, &around);  // a new search
+    load_work(tile_of_item(), place, sample, count, how.screen, &lane, &around);  // a new search
     ask_for(on.start, on.end, 1, &around);
     draw_blobs(&lane, on, n, depth, normal, group, kind, cells, level_weight, how.limits.level,
                &around);
@@ -472,8 +475,10 @@ kernel void draw_splash(SAMPLES(const, sample, count), EXTENT(const, from, to),
   const Cells cells = CELLS_OF(cell_);
   Lanes lanes[VECTORS];
   Around around;
+  const int tile = dealt_tile();
+  if (tile >= tiles_of(screen)) return;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
-    const int vectors = load_work(dealt_tile(), place, sample, count, screen, lanes, &around);
+    const int vectors = load_work(tile, place, sample, count, screen, lanes, &around);
     if (!vectors) return;
 #if WIDTH == 1
     if (!over_gaps)

@@ -103,8 +103,10 @@ SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<
 }
 
 Range range_of(const SampleLists& lists, int width) {
-  const std::size_t items = width == 1 ? kTileSamples : 1;
-  return {lists.tiles() * items, 1, items, 1};
+  if (width == 1) return {lists.tiles() * kTileSamples, 1, kTileSamples, 1};
+  // Most lists are empty, and a group costs more than an item that has nothing to do.
+  constexpr std::size_t kTilesOfGroup = 8;
+  return {lists.tiles(), 1, kTilesOfGroup, 1};
 }
 
 }  // namespace meniscus

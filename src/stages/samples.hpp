@@ -104,7 +104,8 @@ SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<
 
 /// The range of a kernel that takes `width` places of the lists at a time. Where that is one place,
 /// a work-item for each, in groups of one tile or a part of it; else one item goes through the
-/// list, because most lists are short and CPUs run the items of a group one after another.
+/// list, because most lists are short and CPUs run the items of a group one after another; the
+/// last items of the range may be beyond all tiles.
 Range range_of(const SampleLists& lists, int width);
 
 }  // namespace meniscus
