@@ -96,13 +96,12 @@ __attribute__((always_inline)) inline void add_pair(Line* line, const int k, con
   line->k2z = fma(ez, (floatv)(k2), line->k2z);
 }
 
-kernel void fair_normals(global const float* depth,   // [ny*nx]
-                         global const float* normal,  // [3][ny*nx] unit, where there is a depth
-                         global float* faired,        // [3][ny*nx] out, where there is a depth
-                         const Screen screen, const float sigma,  // particle radii
-                         const int down) {                        // 0: along rows; 1: along columns
-  const int i = get_global_id(0) * WIDTH, j = get_global_id(1);
-  if (i >= screen.nx || j >= screen.ny) return;
+// The normals of WIDTH samples from column i of row j on. Inlined: calls would copy the screen.
+__attribute__((always_inline)) inline void fair_from(const int i, const int j,
+                                                     global const float* depth,
+                                                     global const float* normal,
+                                                     global float* faired, const Screen screen,
+                                                     const float sigma, const int down) {
   const int n = screen.nx * screen.ny, s = j * screen.nx + i;
   const intv column = i + TO_INTV(LANES);
   const floatv none = (floatv)(0.0f), depths = LOADF(depth + s);
@@ -182,4 +181,17 @@ kernel void fair_normals(global const float* depth,   // [ny*nx]
   scatter_float(x, faired, at, open);
   scatter_float(y, faired + n, at, open);
   scatter_float(z, faired + 2 * n, at, open);
+}
+
+// The items of a row share its samples. A CPU has one for each row: a group of many computes them for all
+// its items at once, step by step, and stores what the next step needs.
+kernel void fair_normals(global const float* depth,   // [ny*nx]
+                         global const float* normal,  // [3][ny*nx] unit, where there is a depth
+                         global float* faired,        // [3][ny*nx] out, where there is a depth
+                         const Screen screen, const float sigma,  // particle radii
+                         const int down) {                        // 0: along rows; 1: along columns
+  const int j = get_global_id(1), items = get_global_size(0);
+  if (j >= screen.ny) return;
+  for (int i = get_global_id(0) * WIDTH; i < screen.nx; i += items * WIDTH)
+    fair_from(i, j, depth, normal, faired, screen, sigma, down);
 }

@@ -8,8 +8,9 @@ void fair_normals(Device& device, const View& view, const SurfaceBuffers& surfac
   const SampleGrid& grid = surface.grid;
   const auto rows = allocate<float>(device, 3 * grid.size());
   const int width = device.state().wide_width();
-  const Range range{static_cast<std::size_t>((grid.nx + width - 1) / width),
-                    static_cast<std::size_t>(grid.ny), 16, 1};
+  const std::size_t rows_of_grid = static_cast<std::size_t>(grid.ny);
+  const Range range = width == 1 ? Range{static_cast<std::size_t>(grid.nx), rows_of_grid, 16, 1}
+                                 : Range{1, rows_of_grid, 1, 1};
   const records::Screen screen = screen_of(view, grid);
   const float reach = static_cast<float>(sigma);
   launch(device, kernels::fair_normals, width, range, surface.depth, surface.normal, rows, screen,
