@@ -460,9 +460,11 @@ FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of, int in_trials,
       weight(allocate<float>(device, of.neighbour.size)) {}
 
 Range range_of_lanes(Device& device, const FitLanes& lanes) {
-  // Small work-groups spread few items of much work over the compute units.
+  // Small work-groups spread few items of much work over the compute units. A CPU's compiler keeps
+  // what one item computes in registers, and not what a group does.
   const auto width = static_cast<std::size_t>(device.state().wide_width());
-  return {static_cast<std::size_t>(lanes.count()) / width, 1, 8, 1};
+  const std::size_t group = width == 1 ? 8 : 1;
+  return {static_cast<std::size_t>(lanes.count()) / width, 1, group, 1};
 }
 
 Range range_of_trials(Device& device, const FitLanes& lanes) {
