@@ -5,9 +5,11 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "stages/layer_rows.hpp"
 
 namespace meniscus {
 namespace {
@@ -150,172 +152,111 @@ ScreenMesh project_mesh(const View& view, const DualMesh& mesh) {
   return screen;
 }
 
-// Where a ray meets a triangle.
-struct Crossing {
-  float depth;          // world units
-  std::uint32_t face;   // of the band
-  std::int32_t enters;  // 1, or -1 where the ray leaves
-  Vec3 normal;          // the mesh's where it leaves, world axes; not of unit length
-
-  bool operator<(const Crossing& other) const {
-    if (depth != other.depth) return depth < other.depth;
-    if (enters != other.enters) return enters > other.enters;  // bodies that touch are one
-    return face < other.face;
+// What a face's rows in a band are drawn from. Its depth is a quotient of two numbers that are
+// linear on the screen, as its normal is. An entry that is less than `least_air` behind the front
+// tells nothing: the first body begins at the front, and air between both would be none.
+FaceRows rows_of(const View& view, const DualMesh& mesh, const ScreenMesh& screen, const Face& face,
+                 int first, int behind, float least_air) {
+  const FaceCorners corner = corners_of(screen, face.corner);
+  const int top = std::max(first, face.rows[0]);
+  FaceRows rows;
+  rows.column = face.columns[0];
+  rows.columns = face.columns[1] - face.columns[0];
+  rows.row = top - first;
+  rows.rows = std::min(behind, face.rows[1]) - top;
+  rows.enters = face.enters;
+  rows.nearest = face.enters ? least_air : 0;
+  rows.within = sides_of(corner, centre_of(face.columns[0]), centre_of(top));
+  rows.above = rows.below = {0, 0, 0};
+  std::array<Vec3d, 3> normals{};  // by the side
+  if (!face.enters) normals = normals_of(view, mesh, face, corner);
+  Vec3d normal, to_right, down;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const ScreenCorner &from = *corner[(k + 1) % 3], &to = *corner[(k + 2) % 3];
+    rows.to_right[k] = (from.v - to.v) * kSubpixels;
+    rows.down[k] = (to.u - from.u) * kSubpixels;
+    const auto at = static_cast<double>(rows.within[k]),
+               by_column = static_cast<double>(rows.to_right[k]),
+               by_row = static_cast<double>(rows.down[k]);
+    const double below = corner[k]->inverse_w, above = below * corner[k]->depth;
+    rows.above.add(above, at, by_column, by_row);
+    rows.below.add(below, at, by_column, by_row);
+    normal += normals[k] * at;
+    to_right += normals[k] * by_column;
+    down += normals[k] * by_row;
+    if (!owns_edge(from, to)) --rows.within[k];
   }
-};
-
-// Whether a pixel's centre lies in a triangle, by how far it is beyond what each side takes.
-bool is_inside(const Sides& beyond) { return (beyond[0] | beyond[1] | beyond[2]) >= 0; }
-
-void step(Sides& sides, const Sides& by) {
-  for (std::size_t k = 0; k < 3; ++k) sides[k] += by[k];
+  rows.normal = static_cast<Vec3>(normal);
+  rows.normal_to_right = static_cast<Vec3>(to_right);
+  rows.normal_down = static_cast<Vec3>(down);
+  return rows;
 }
 
-// What lies behind the fronts of a band of rows: the crossings of each of its pixels, one after the
-// other.
-class BandCrossings {
+// A crossing of a ray. In order of these numbers: by depth, which is positive; entries before
+// exits, because bodies that touch are one; as they were drawn.
+class Crossing {
  public:
-  // `least_air`: between two bodies, along the depth, of all rays of the view.
-  BandCrossings(const View& view, const DualMesh& mesh, const ScreenMesh& screen,
-                const std::vector<float>& front, float least_air)
-      : view_(view), mesh_(mesh), screen_(screen), front_(front), least_air_(least_air) {}
+  Crossing(float depth, bool enters, std::size_t drawn)
+      : bits_(std::uint64_t{std::bit_cast<std::uint32_t>(depth)} << 32 |
+              std::uint64_t{!enters} << 31 | drawn) {}
+  float depth() const { return std::bit_cast<float>(static_cast<std::uint32_t>(bits_ >> 32)); }
+  int enters() const { return (bits_ >> 31 & 1) != 0 ? -1 : 1; }  // -1: the ray leaves
+  std::size_t drawn() const { return bits_ & 0x7fffffff; }
+  auto operator<=>(const Crossing&) const = default;
 
-  // Forgets all, for the rows `first` and up to before `behind`.
-  void begin(int first, int behind) {
-    first_ = first;
-    behind_ = behind;
-    const auto rows = static_cast<std::size_t>(behind - first);
-    head_.assign(rows * static_cast<std::size_t>(view_.width), kEnd);
-    if (links_.size() < head_.size()) links_.resize(head_.size());
-    used_ = 0;
-  }
+ private:
+  std::uint64_t bits_;
+};
 
-  // The rows of a face that lie in the band, which is the band's `number`-th. Its depth is a
-  // quotient of two numbers that are linear on the screen, as its normal is. An entry that is less
-  // than `least_air` behind the front tells nothing: the first body begins at the front, and air
-  // between both would be none.
-  void draw(const Face& face, std::uint32_t number) {
-    const FaceCorners corner = corners_of(screen_, face.corner);
-    Sides to_right, down, least;            // of sides: by a column, by a row; on the inside
-    std::array<double, 3> above, below;     // of the depth, by the side
-    double above_step = 0, below_step = 0;  // by a column
-    for (std::size_t k = 0; k < 3; ++k) {
-      const ScreenCorner &from = *corner[(k + 1) % 3], &to = *corner[(k + 2) % 3];
-      to_right[k] = (from.v - to.v) * kSubpixels;
-      down[k] = (to.u - from.u) * kSubpixels;
-      least[k] = owns_edge(from, to) ? 0 : 1;
-      below[k] = corner[k]->inverse_w;
-      above[k] = below[k] * corner[k]->depth;
-      above_step += static_cast<double>(to_right[k]) * above[k];
-      below_step += static_cast<double>(to_right[k]) * below[k];
-    }
-    std::array<Vec3d, 3> normals{};  // by the side
-    if (!face.enters) normals = normals_of(view_, mesh_, face, corner);
-    Vec3d normal_step;
-    for (std::size_t k = 0; k < 3; ++k)
-      normal_step += normals[k] * static_cast<double>(to_right[k]);
-    const float nearest = face.enters ? least_air_ : 0;
-    const int top = std::max(first_, face.rows[0]), end = std::min(behind_, face.rows[1]);
-    Sides left = sides_of(corner, centre_of(face.columns[0]), centre_of(top));
-    for (std::size_t k = 0; k < 3; ++k) left[k] -= least[k];
-    for (int row = top; row < end; ++row, step(left, down)) {
-      // Most triangles are few pixels wide.
-      Sides beyond = left;
-      int column = face.columns[0];
-      for (; column < face.columns[1] && !is_inside(beyond); ++column) step(beyond, to_right);
-      if (column == face.columns[1]) continue;
-      Line above_line{0, above_step}, below_line{0, below_step};
-      Vec3d normal;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const auto at = static_cast<double>(beyond[k] + least[k]);
-        above_line.at += at * above[k];
-        below_line.at += at * below[k];
-        normal += normals[k] * at;
-      }
-      const std::size_t pixel =
-          static_cast<std::size_t>(row) * static_cast<std::size_t>(view_.width) +
-          static_cast<std::size_t>(column);
-      add_row(pixel, static_cast<std::size_t>(face.columns[1] - column), beyond, to_right,
-              above_line, below_line, static_cast<Vec3>(normal), static_cast<Vec3>(normal_step),
-              nearest, number, face.enters ? 1 : -1);
+// Lists the crossings of single pixels of a band.
+class PixelCrossings {
+ public:
+  explicit PixelCrossings(const BandCrossings& band)
+      : band_(band), last_(band.exit.size(), kNoOther) {}
+
+  // Once all of a band are drawn: finds out which pixels have others than the first exit.
+  void link() {
+    if (before_.size() < band_.others) before_.resize(band_.other_pixel.size());
+    for (std::size_t k = 0; k < band_.others; ++k) {
+      std::uint32_t& last = last_[band_.other_pixel[k] / 2];
+      before_[k] = last;
+      last = static_cast<std::uint32_t>(k);
     }
   }
 
-  std::size_t first_pixel() const {
-    return static_cast<std::size_t>(first_) * static_cast<std::size_t>(view_.width);
+  // Forgets them again.
+  void unlink() {
+    for (std::size_t k = 0; k < band_.others; ++k) last_[band_.other_pixel[k] / 2] = kNoOther;
   }
 
-  // The only crossing of a pixel, where there is one alone, and it is an exit.
-  const Crossing* only_exit(std::size_t pixel) const {
-    const std::uint32_t at = head_[pixel - first_pixel()];
-    if (at == kEnd || links_[at].next != kEnd || links_[at].crossing.enters > 0) return nullptr;
-    return &links_[at].crossing;
-  }
+  // [pixels] of the band: the last one of the others, or kNoOther.
+  const std::uint32_t* last() const { return last_.data(); }
 
-  // Those of a pixel, in order.
+  // The crossings of a pixel, in order. `drawn`: 0, or 1 + the place of another one.
   void list(std::size_t pixel, std::vector<Crossing>& sorted) const {
     sorted.clear();
-    for (std::uint32_t at = head_[pixel - first_pixel()]; at != kEnd; at = links_[at].next) {
-      sorted.push_back(links_[at].crossing);
+    if (band_.exit[pixel] < kNoSurface) sorted.emplace_back(band_.exit[pixel], false, 0);
+    for (std::uint32_t at = last_[pixel]; at != kNoOther; at = before_[at]) {
+      sorted.emplace_back(band_.other_depth[at], (band_.other_pixel[at] & 1) != 0, at + 1);
       for (std::size_t k = sorted.size() - 1; k > 0 && sorted[k] < sorted[k - 1]; --k)
         std::swap(sorted[k], sorted[k - 1]);
     }
   }
 
- private:
-  struct Link {
-    Crossing crossing;
-    std::uint32_t next;
-  };
-  static constexpr std::uint32_t kEnd = ~0u;
-
-  // A number that is linear along a row.
-  struct Line {
-    double at, step;
-  };
-
-  // Adds the crossings of a face at up to n pixels of a row, as long as they lie in it, at depths
-  // top / bottom, where these are more than `nearest` behind the front.
-  void add_row(std::size_t pixel, std::size_t n, Sides beyond, const Sides& to_right, Line top,
-               Line bottom, const Vec3& normal, const Vec3& normal_step, float nearest,
-               std::uint32_t face, std::int32_t enters) {
-    if (links_.size() < used_ + n) links_.resize(2 * (used_ + n));
-    const float* const front = &front_[pixel];
-    std::uint32_t* const head = &head_[pixel - first_pixel()];
-    Link* const links = links_.data();
-    std::uint32_t used = used_;
-    for (std::size_t k = 0; k < n && is_inside(beyond); ++k, step(beyond, to_right)) {
-      const auto depth = static_cast<float>(top.at / bottom.at);
-      top.at += top.step;
-      bottom.at += bottom.step;
-      if (!(depth > front[k] + nearest)) continue;
-      const auto steps = static_cast<float>(k);
-      Link& link = links[used];
-      link.crossing.depth = depth;
-      link.crossing.face = face;
-      link.crossing.enters = enters;
-      link.crossing.normal = {normal.x + steps * normal_step.x, normal.y + steps * normal_step.y,
-                              normal.z + steps * normal_step.z};
-      link.next = head[k];
-      head[k] = used++;
-    }
-    used_ = used;
+  Vec3 normal(std::size_t pixel, std::size_t drawn) const {
+    const std::size_t at = drawn == 0 ? pixel : drawn - 1;
+    const std::array<std::vector<float>, 3>& of = drawn == 0 ? band_.normal : band_.other_normal;
+    return {of[0][at], of[1][at], of[2][at]};
   }
 
-  const View& view_;
-  const DualMesh& mesh_;
-  const ScreenMesh& screen_;
-  const std::vector<float>& front_;
-  const float least_air_;
-  int first_ = 0, behind_ = 0;
-  std::vector<std::uint32_t> head_;  // [pixels] of the band
-  std::vector<Link> links_;
-  std::uint32_t used_ = 0;  // links
+ private:
+  const BandCrossings& band_;
+  std::vector<std::uint32_t> last_, before_;
 };
 
 struct Interval {
-  float from, to;           // depths, world units
-  const Crossing* leaving;  // its end; none: a film's
+  float from, to;                     // depths, world units
+  std::optional<std::size_t> leaves;  // Crossing::drawn() of its end; none: a film's
 };
 
 // The bodies along one ray behind its front, from its crossings there in order; air of less depth
@@ -325,18 +266,18 @@ void list_intervals(const std::vector<Crossing>& crossings, float least_air,
                     std::vector<Interval>& bodies) {
   bodies.clear();
   int all = 0;
-  for (const Crossing& c : crossings) all += c.enters;
+  for (const Crossing& c : crossings) all += c.enters();
   int within = std::max(-all, 0);
   float from = 0;
   for (const Crossing& c : crossings) {
     const int before = within;
-    within += c.enters;
-    if (before <= 0 && within > 0) from = c.depth;
+    within += c.enters();
+    if (before <= 0 && within > 0) from = c.depth();
     if (before <= 0 || within > 0) continue;
     if (!bodies.empty() && from - bodies.back().to < least_air)
-      bodies.back() = {bodies.back().from, c.depth, &c};
+      bodies.back() = {bodies.back().from, c.depth(), c.drawn()};
     else
-      bodies.push_back({from, c.depth, &c});
+      bodies.push_back({from, c.depth(), c.drawn()});
   }
 }
 
@@ -348,11 +289,40 @@ float next_above(float depth) {
 struct Tracer {
   const View& view;
   Layers& layers;  // whose first entries are the front
+  FillOnce* fill;
 
-  // Writes what is kept of one ray. `bodies` is room to work in.
-  void write(int column, int row, std::size_t pixel, const std::vector<Crossing>& crossings,
-             std::vector<Interval>& bodies) const {
+  // Writes a row: most rays leave the mesh once behind the front and meet it nowhere else. Pixels
+  // without a front are passed over several at a time. `crossings` and `bodies` are room to work
+  // in.
+  void write_row(int row, std::size_t in_band, const PixelCrossings& of, BandCrossings& band,
+                 std::vector<Crossing>& crossings, std::vector<Interval>& bodies) const {
+    constexpr int kAtATime = 32;
+    const std::size_t pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(view.width);
+    for (int column = 0; column < view.width; column += kAtATime) {
+      const RowPart part{column, row, std::min(kAtATime, view.width - column),
+                         pixel + static_cast<std::size_t>(column),
+                         in_band + static_cast<std::size_t>(column)};
+      const float* const front = &layers.entry[part.pixel];
+      int any = 0;
+      for (int k = 0; k < part.count; ++k) any |= front[k] < kNoSurface;
+      if (any == 0) continue;
+      std::uint32_t rest = fill(view, part, band, of.last(), layers);
+      for (; rest != 0; rest &= rest - 1) {
+        const int k = std::countr_zero(rest);
+        if (front[k] == kNoSurface) continue;
+        const std::size_t at = part.in_band + static_cast<std::size_t>(k);
+        of.list(at, crossings);
+        write(column + k, row, part.pixel + static_cast<std::size_t>(k), at, of, crossings, bodies);
+      }
+      std::fill_n(&band.exit[part.in_band], part.count, kNoSurface);
+    }
+  }
+
+  // Writes what is kept of one ray.
+  void write(int column, int row, std::size_t pixel, std::size_t in_band, const PixelCrossings& of,
+             const std::vector<Crossing>& crossings, std::vector<Interval>& bodies) const {
     const float first = layers.entry[pixel];
+    layers.exit[pixel] = kNoSurface;
     const double stretch = stretch_of(column, row), depth_of_radius = view.radius / stretch;
     const auto thinnest = static_cast<float>(kThinnest * depth_of_radius);
     const double meets_front = first + kMeetsFront * depth_of_radius;
@@ -361,8 +331,8 @@ struct Tracer {
       bodies.erase(bodies.begin());
     if (bodies.empty() || bodies[0].from > meets_front)
       bodies.insert(bodies.begin(),
-                    {first, static_cast<float>(first + kFilm * depth_of_radius), nullptr});
-    bodies[0] = {first, std::max(bodies[0].to, next_above(first)), bodies[0].leaving};
+                    {first, static_cast<float>(first + kFilm * depth_of_radius), std::nullopt});
+    bodies[0] = {first, std::max(bodies[0].to, next_above(first)), bodies[0].leaves};
     double thickness = 0;
     std::uint32_t count = 0;
     float last = 0;  // where the layer before ends
@@ -373,24 +343,13 @@ struct Tracer {
       thickness += (double{body.to} - double{from}) * stretch;
       last = body.to;
     }
-    if (bodies[0].leaving)
-      put_normal(pixel, bodies[0].leaving->normal);
+    if (bodies[0].leaves)
+      put_normal(pixel, of.normal(in_band, *bodies[0].leaves));
     else
       layers.back_normal[pixel] = static_cast<Vec3>(
           world_direction(view, normalized(ray_direction(view, column + 0.5, row + 0.5))));
     layers.count[pixel] = count;
     layers.thickness[pixel] = static_cast<float>(thickness);
-  }
-
-  // The same of a ray that leaves the mesh once behind the front and meets it nowhere else, as most
-  // do.
-  void write(int column, int row, std::size_t pixel, const Crossing& exit) const {
-    const float from = layers.entry[pixel];
-    layers.exit[pixel] = exit.depth;
-    put_normal(pixel, exit.normal);
-    layers.count[pixel] = 1;
-    layers.thickness[pixel] =
-        static_cast<float>((double{exit.depth} - double{from}) * stretch_of(column, row));
   }
 
  private:
@@ -412,24 +371,6 @@ struct Tracer {
     layers.back_normal[pixel] = {n.x * size, n.y * size, n.z * size};
   }
 };
-
-// Calls visit(column, pixel) for the pixels of a row that have a front. Those without one, which
-// are many, are passed over several at a time.
-template <class Visit>
-void each_shown(const float* front, int row, int width, const Visit& visit) {
-  constexpr int kAtATime = 32;
-  const std::size_t pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(width);
-  for (int begin = 0; begin < width; begin += kAtATime) {
-    const int end = std::min(begin + kAtATime, width);
-    int any = 0;
-    for (int column = begin; column < end; ++column)
-      any |= front[pixel + static_cast<std::size_t>(column)] < kNoSurface;
-    if (any == 0) continue;
-    for (int column = begin; column < end; ++column)
-      if (front[pixel + static_cast<std::size_t>(column)] < kNoSurface)
-        visit(column, pixel + static_cast<std::size_t>(column));
-  }
-}
 
 // How much longer the way along a ray is than its depth, at most: at a corner of the image.
 double most_stretch(const View& view) {
@@ -453,28 +394,32 @@ Layers trace_layers(const View& view, const DualMesh& mesh, std::vector<float> f
   layers.exit.resize(pixels * static_cast<std::size_t>(most), kNoSurface);
 
   const ScreenMesh screen = project_mesh(view, mesh);
+  const LayerLoops loops = layer_loops()[0];
   const auto least_air = static_cast<float>(kThinnest * view.radius / most_stretch(view));
   parallel_for(screen.of_band.size(), 1, [&](std::size_t begin, std::size_t end) {
-    BandCrossings band(view, mesh, screen, layers.entry, least_air);
-    const Tracer tracer{view, layers};
+    BandCrossings band(kRowsDrawn, view.width);
+    PixelCrossings of_pixels(band);
+    const Tracer tracer{view, layers, loops.fill};
     std::vector<Crossing> crossings;
     std::vector<Interval> bodies;
     for (std::size_t k = begin; k < end; ++k) {
       const int first = static_cast<int>(k) * kRowsDrawn,
                 behind = std::min(first + kRowsDrawn, view.height);
-      const std::vector<std::uint32_t>& faces = screen.of_band[k];
-      band.begin(first, behind);
-      for (std::uint32_t number = 0; number < faces.size(); ++number)
-        band.draw(screen.face[faces[number]], number);
+      const float* const front = layers.entry.data() + static_cast<std::size_t>(first) *
+                                                           static_cast<std::size_t>(view.width);
+      band.others = 0;
+      for (const std::uint32_t number : screen.of_band[k]) {
+        const FaceRows rows =
+            rows_of(view, mesh, screen, screen.face[number], first, behind, least_air);
+        band.make_room(static_cast<std::size_t>(rows.rows) *
+                       static_cast<std::size_t>(rows.columns));
+        loops.draw(rows, front, view.width, band);
+      }
+      of_pixels.link();
       for (int row = first; row < behind; ++row)
-        each_shown(layers.entry.data(), row, view.width, [&](int column, std::size_t pixel) {
-          if (const Crossing* const exit = band.only_exit(pixel)) {
-            tracer.write(column, row, pixel, *exit);
-            return;
-          }
-          band.list(pixel, crossings);
-          tracer.write(column, row, pixel, crossings, bodies);
-        });
+        tracer.write_row(row, static_cast<std::size_t>(row - first) * band.stride, of_pixels, band,
+                         crossings, bodies);
+      of_pixels.unlink();
     }
   });
   return layers;

@@ -6,10 +6,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "meniscus/camera.hpp"
 #include "same_bits.hpp"
+#include "stages/layer_rows.hpp"
 
 namespace meniscus {
 namespace {
@@ -315,6 +317,103 @@ TEST(Layers, CountAllAndKeepSome) {
     EXPECT_EQ(some.exit[p], all.exit[p]);
   }
   EXPECT_EQ(*std::max_element(all.count.begin(), all.count.end()), 4u);
+}
+
+// A triangle of random corners, in 4096ths of a pixel, in a band of this size.
+FaceRows random_face(std::mt19937& random, int width, int rows) {
+  constexpr std::int64_t kSteps = 4096;
+  std::uniform_int_distribution<std::int64_t> u(-4 * kSteps, (width + 4) * kSteps),
+      v(-4 * kSteps, (rows + 4) * kSteps);
+  std::array<std::array<std::int64_t, 2>, 3> corner{
+      {{u(random), v(random)}, {u(random), v(random)}, {u(random), v(random)}}};
+  FaceRows face{};
+  std::uniform_int_distribution<int> column(0, width - 1), row(0, rows - 1);
+  face.column = column(random);
+  face.columns = width - face.column;
+  face.row = row(random);
+  face.rows = rows - face.row;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto &from = corner[k], &to = corner[(k + 1) % 3];
+    face.to_right[k] = (from[1] - to[1]) * kSteps;
+    face.down[k] = (to[0] - from[0]) * kSteps;
+    face.within[k] = (to[0] - from[0]) * (face.row * kSteps + kSteps / 2 - from[1]) -
+                     (to[1] - from[1]) * (face.column * kSteps + kSteps / 2 - from[0]);
+  }
+  std::uniform_real_distribution<double> any(-0.02, 0.02);
+  face.above = {3 + any(random), any(random), any(random)};
+  face.below = {1, 0.1 * any(random), 0.1 * any(random)};
+  const auto vector = [&] {
+    return Vec3{static_cast<float>(any(random)), static_cast<float>(any(random)),
+                static_cast<float>(any(random))};
+  };
+  face.normal = vector();
+  face.normal_to_right = vector();
+  face.normal_down = vector();
+  face.nearest = 0.25f;
+  face.enters = random() % 3 == 0;
+  return face;
+}
+
+// Each way of drawing and filling that this processor can run has the same bits.
+TEST(Layers, AreTheSameByEachLoop) {
+  constexpr int kWidth = 75, kRows = 5, kFaces = 150;
+  const View view = perspective(kWidth, kRows);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<float> depth(2.5f, 3.0f);
+  std::vector<float> front(kWidth * kRows);
+  for (float& each : front) each = random() % 5 == 0 ? kNoSurface : depth(random);
+  std::vector<FaceRows> faces;
+  for (int k = 0; k < kFaces; ++k) faces.push_back(random_face(random, kWidth, kRows));
+  std::vector<BandCrossings> drawn;
+  std::vector<Layers> filled;
+  std::vector<std::vector<std::uint32_t>> rest;
+  std::vector<std::vector<std::array<float, 5>>> listed;
+  for (const LayerLoops& loops : layer_loops()) {
+    BandCrossings& band = drawn.emplace_back(kRows, kWidth);
+    for (const FaceRows& face : faces) {
+      band.make_room(kWidth * kRows);
+      loops.draw(face, front.data(), kWidth, band);
+    }
+    std::vector<std::uint32_t> others(band.exit.size(), kNoOther);
+    for (std::size_t p = 0; p < others.size(); p += 7) others[p] = 0;
+    Layers& layers = filled.emplace_back();
+    layers.entry = front;
+    layers.exit.assign(front.size(), kNoSurface);
+    layers.count.assign(front.size(), 0);
+    layers.thickness.assign(front.size(), 0);
+    layers.back_normal.resize(front.size());
+    std::vector<std::uint32_t>& left = rest.emplace_back();
+    for (int row = 0; row < kRows; ++row)
+      for (int column = 0; column < kWidth; column += 32)
+        left.push_back(loops.fill(
+            view,
+            {column, row, std::min(32, kWidth - column),
+             static_cast<std::size_t>(row * kWidth + column),
+             static_cast<std::size_t>(row) * band.stride + static_cast<std::size_t>(column)},
+            band, others.data(), layers));
+    // In whatever order the pixels of one face were drawn.
+    std::vector<std::size_t> order(band.others);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::ranges::stable_sort(order, {}, [&](std::size_t k) { return band.other_pixel[k]; });
+    std::vector<std::array<float, 5>>& of_pixels = listed.emplace_back();
+    for (const std::size_t k : order) {
+      const bool enters = (band.other_pixel[k] & 1) != 0;  // and has no normal
+      const auto normal = [&](std::size_t axis) { return enters ? 0 : band.other_normal[axis][k]; };
+      of_pixels.push_back({static_cast<float>(band.other_pixel[k]), band.other_depth[k], normal(0),
+                           normal(1), normal(2)});
+    }
+    EXPECT_GT(band.others, 100u);
+    EXPECT_GT(std::count(layers.count.begin(), layers.count.end(), 1u), 100);
+    EXPECT_TRUE(same_bits(band.exit, drawn[0].exit));
+    EXPECT_TRUE(same_bits(of_pixels, listed[0]));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      EXPECT_TRUE(same_bits(band.normal[axis], drawn[0].normal[axis]));
+    EXPECT_EQ(left, rest[0]);
+    EXPECT_TRUE(same_bits(layers.exit, filled[0].exit));
+    EXPECT_TRUE(same_bits(layers.thickness, filled[0].thickness));
+    EXPECT_TRUE(same_bits(layers.count, filled[0].count));
+    EXPECT_TRUE(same_bits(layers.back_normal, filled[0].back_normal));
+  }
 }
 
 TEST(Layers, AreNoneWithoutAFront) {
