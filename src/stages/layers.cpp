@@ -103,12 +103,13 @@ std::array<Vec3d, 3> normals_of(const View& view, const DualMesh& mesh, const Fa
                       (1.0 / (kSubpixels * kSubpixels));  // of w, per pixel
   const auto& [a, b, c] = face.corner;
   const Vec3d& from = mesh.position[a];
-  const Vec3d flat =
-      normalized(world_direction(view, cross(mesh.position[b] - from, mesh.position[c] - from)));
+  const Vec3d flat = world_direction(view, cross(mesh.position[b] - from, mesh.position[c] - from));
+  const double least = kCreaseNormals * kCreaseNormals * dot(flat, flat);
   std::array<Vec3d, 3> normals;
   for (std::size_t k = 0; k < 3; ++k) {
-    const bool crease = dot(corner[k]->normal, flat) < kCreaseNormals;
-    normals[k] = (crease ? flat : corner[k]->normal) * (corner[k]->inverse_w * unit);
+    const double along = dot(corner[k]->normal, flat);
+    const bool crease = !(along > 0 && along * along >= least);
+    normals[k] = (crease ? normalized(flat) : corner[k]->normal) * (corner[k]->inverse_w * unit);
   }
   return normals;
 }
