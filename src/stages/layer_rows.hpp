@@ -69,9 +69,9 @@ struct RowPart {
 };
 
 /// Writes the layers of those pixels whose rays cross the mesh once behind the front, where they
-/// leave it, and which `others` [rows][stride] has no other crossings of: first exit, thickness,
-/// count and normal. Those of other pixels become 0, their exits what the band has. Returns which
-/// of the pixels have no such crossing, a bit each.
+/// leave it, and which have no other crossing (`others`, [rows][stride], is kNoOther): first exit,
+/// thickness, count and normal. Other pixels keep the 0 that they have, but get what the band has
+/// as exit. Returns which those are, a bit each.
 using FillOnce = std::uint32_t(const View& view, const RowPart& part, const BandCrossings& band,
                                const std::uint32_t* others, Layers& layers);
 inline constexpr std::uint32_t kNoOther = ~0u;
