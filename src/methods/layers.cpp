@@ -43,7 +43,7 @@ constexpr double kBehindFront = 0.75, kFacing = 0.3;
 
 // The fit of every particle of the surface is much like those beside it where the surface is flat:
 // a fit speaks for the particles within this reach (particle radii) whose normals are like its own.
-constexpr double kSpokenFor = 3;
+constexpr double kSpokenFor = 4;
 
 // Where normals of the field turn by less, 1 - cosine (11 degrees), the surface is flat; as far as
 // roundness goes, on the mean. Those by more than 120 degrees off are of the other side.

@@ -20,16 +20,17 @@ constexpr std::int64_t kSubpixels = 1 << kSubpixelBits;  // of a pixel
 constexpr double kFarthestPixel = 1
                                   << 17;  // pixels; products of differences of steps fit in 64 bits
 
-// A mesh's entry so near behind the front, along the ray, is the front's. Particle radii.
-constexpr double kMeetsFront = 2;
+// A mesh's entry so near behind the front, along the ray, is the front's: where the ray meets a
+// steep face beside an edge, both may be that far from each other. Particle radii.
+constexpr double kMeetsFront = 4;
 // Thickness of a film: a front that the mesh does not know. Particle radii along the ray.
 constexpr double kFilm = 0.02;
 
 // Air between two bodies that is thinner along the ray is none: it is the surface's roughness,
 // where a ray skims it or nicks an edge. Particles of two sheets leave at least .7 between the
-// sheets. Water at the front that is thinner is none, either, where the mesh enters near behind it:
-// the front bulges there before a fold of the mesh. Particle radii.
-constexpr double kThinnest = 0.5;
+// sheets. Water at the front that is thinner is none, either, where the mesh enters kFold behind
+// the front at most: the front bulges there before a fold of the mesh. Particle radii.
+constexpr double kThinnest = 0.5, kFold = 2;
 
 // Vertices of a triangle whose normal is off the triangle's by more lie on a crease: there the
 // triangle's own counts. 25 degrees.
@@ -326,9 +327,10 @@ struct Tracer {
     layers.exit[pixel] = kNoSurface;
     const double stretch = stretch_of(column, row), depth_of_radius = view.radius / stretch;
     const auto thinnest = static_cast<float>(kThinnest * depth_of_radius);
-    const double meets_front = first + kMeetsFront * depth_of_radius;
+    const double meets_front = first + kMeetsFront * depth_of_radius,
+                 fold = first + kFold * depth_of_radius;
     list_intervals(crossings, thinnest, bodies);
-    if (bodies.size() > 1 && bodies[0].to < first + thinnest && bodies[1].from <= meets_front)
+    if (bodies.size() > 1 && bodies[0].to < first + thinnest && bodies[1].from <= fold)
       bodies.erase(bodies.begin());
     if (bodies.empty() || bodies[0].from > meets_front)
       bodies.insert(bodies.begin(),

@@ -239,8 +239,8 @@ TEST(Layers, BeginAtTheFront) {
   };
   expect_near(intervals(10), {10, 12, 20, 30});
   expect_near(intervals(10.5), {10.5, 12, 20, 30});
-  expect_near(intervals(9), {9, 12, 20, 30});            // the mesh is less than two radii behind
-  expect_near(intervals(7), {7, 7.02, 10, 12, 20, 30});  // a film
+  expect_near(intervals(6.5), {6.5, 12, 20, 30});        // the mesh is less than four radii behind
+  expect_near(intervals(5), {5, 5.02, 10, 12, 20, 30});  // a film
   expect_near(intervals(15), {15, 15.02, 20, 30});       // what the mesh has before is left out
   expect_near(intervals(25), {25, 30});
   expect_near(intervals(31), {31, 31.02});
