@@ -176,19 +176,21 @@ inline intv convex_between(const Sheet* a, const Sheet* b) {
 }
 
 // Whether depths of two sheets are near enough to meet.
-inline intv near_each(const floatv a, const floatv b, const float crease) { return fabs(a - b) <= crease; }
+inline intv near_each(const floatv a, const floatv b, const float crease) {
+  return fabs(a - b) <= crease;
+}
 
-// How far a sheet's depth b takes the place of a, if up to `share`: on a convex edge the deeper one counts, on
-// a concave edge the nearer.
+// How far a sheet's depth b takes the place of a, if up to `share`: on a convex edge the deeper one
+// counts, on a concave edge the nearer.
 inline floatv takes_over(const floatv a, const floatv b, const intv convex, const floatv share,
                          const float crease) {
   const floatv meeting = SELECT(fmin(a, b), fmax(a, b), convex);
   return SELECT((floatv)(0.0f), share, (meeting == b) & near_each(a, b, crease));
 }
 
-// How much of what a ray meets is of sheets B and C, in the corner of A, B and C. Of three edges two are of
-// one kind: the sheets of the other edge meet first, then the third (as in implicit.cl). A sheet counts as far
-// as `some_b` and `some_c` say; B alone where A has no weight.
+// How much of what a ray meets is of sheets B and C, in the corner of A, B and C. Of three edges two
+// are of one kind: the sheets of the other edge meet first, then the third (as in implicit.cl). B and C
+// count as far as `some_b` and `some_c` say; B alone where A has no weight.
 typedef struct {
   floatv b, c;
 } Shares;
@@ -221,8 +223,8 @@ inline void turn_to(const floatv nx, const floatv ny, const floatv nz, floatv* x
   *z = SELECT(*z, nz * scale, size > 1e-30f);
 }
 
-// How far what is not of sheet A is of two faces, by how long the mean of its gradients is; as far as it is
-// some of what a ray meets.
+// How far what is not of sheet A is of two faces, by how long the mean of its gradients is; as far as
+// it is some of what a ray meets.
 inline floatv third_of(const Sums* a, const Sums* b) {
   const floatv tiny = (floatv)(1e-30f);
   const floatv length = sqrt(square_of(b->nx, b->ny, b->nz)) / larger(b->w, tiny);
@@ -230,9 +232,10 @@ inline floatv third_of(const Sums* a, const Sums* b) {
          smooth_step(0.003f, 0.02f, b->w / larger(a->w + b->w, tiny));
 }
 
-// Adds a sheet's share to a normal: of the gradient of sum(w f) / sum(w) at the blended point, sum(w grad f +
-// f grad w), with f = (depth - t_k) (grad f . d) to first order. The whole second term carries the fits' noise
-// into the normal, without it waves look too flat: hits bring the share of it that PULL says.
+// Adds a sheet's share to a normal: of the gradient of sum(w f) / sum(w) at the blended point, sum(w
+// grad f + f grad w), with f = (depth - t_k) (grad f . d) to first order. The whole second term carries
+// the fits' noise into the normal, without it waves look too flat: hits bring the share of it that PULL
+// says.
 inline void add_normal(const Sums* s, const floatv z, const floatv share, floatv* nx, floatv* ny,
                        floatv* nz) {
   const floatv gx = s->nx + (z * s->vx - s->ux), gy = s->ny + (z * s->vy - s->uy),

@@ -40,8 +40,8 @@ inline float leeway_of(global const float* fit) { return fit[15]; }
 // Hidden faces hold a point that lies within them by no more than this.
 #define WITHIN -0.05f  // particle radii
 
-// Hidden fits that a point lies outside of end the surface if their mean weight is at least so much of the
-// mean of all hidden fits' near it.
+// Hidden fits that a point lies outside of end the surface if their mean weight is at least so much of
+// the mean of all hidden fits' near it.
 #define CREDIBLE 0.05f
 
 // Faces that a point lies within vouch for it when they weigh more than this; more than the second is
