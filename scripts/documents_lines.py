@@ -123,8 +123,6 @@ SMALLER = {
     "meniscus bench frame --method fit,groups,ssm,paper": (f"meniscus bench frame --method groups,paper {SHORT}", 3, "half a minute"),
     "meniscus bench frame --particles 1e7 --size 1920x1080 --method fit": (
         f"meniscus bench frame --particles 1e5 --size 1920x1080 --method fit {SHORT}", 3, "half a minute"),
-    "meniscus bench frame --layers 0,2 --method fit --threads 1 --in-flight 1": (
-        f"meniscus bench frame --layers 0,2 --method fit --threads 1 --in-flight 1 {SHORT}", 2, "time"),
     "meniscus bench frame --method fit,ssm --json frames.json": (
         f"meniscus bench frame --method fit,ssm --json frames.json {SHORT}", 2, "time"),
     "meniscus bench frame --sweep --method fit": (
