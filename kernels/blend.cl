@@ -135,6 +135,15 @@ typedef struct {
   List met, rim;
 } Listed;
 
+// What of a hit belongs to a sheet, by its gradient.
+inline floatv of_sheet(const Fits fits, const int fit, const Hit* hit, const floatv x, const floatv y,
+                       const floatv z, const Blending by) {
+  return smooth_step(by.same_low, by.same_high, alike(fits, fit, hit, x, y, z));
+}
+
+// How far a sheet of so much of the weights counts.
+inline floatv counts_by(const floatv share) { return smooth_step(0.003f, 0.02f, share); }
+
 // What the passes over a tile's hits after the first go through: those of the cache, then those that are
 // found again.
 typedef struct {
@@ -229,7 +238,7 @@ inline floatv third_of(const Sums* a, const Sums* b) {
   const floatv tiny = (floatv)(1e-30f);
   const floatv length = sqrt(square_of(b->nx, b->ny, b->nz)) / larger(b->w, tiny);
   return (1.0f - smooth_step(0.95f, 0.98f, length)) *
-         smooth_step(0.003f, 0.02f, b->w / larger(a->w + b->w, tiny));
+         counts_by(b->w / larger(a->w + b->w, tiny));
 }
 
 // Adds a sheet's share to a normal: of the gradient of sum(w f) / sum(w) at the blended point, sum(w
@@ -334,8 +343,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       nx = ny = nz = none;
       for (int k = 0; k < total; ++k) {
         if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
-        const floatv a = hit.weight * smooth_step(same_low, same_high,
-                                                  alike(fits, fit, &hit, ax, ay, az));
+        const floatv a = hit.weight * of_sheet(fits, fit, &hit, ax, ay, az, blending);
         nx = fma(a, hit.gx, nx);
         ny = fma(a, hit.gy, ny);
         nz = fma(a, hit.gz, nz);
@@ -349,7 +357,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
     floatv bx = none, by = none, bz = none, most = none;  // of what is not of A, the heaviest
     for (int k = 0; k < total; ++k) {
       if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
-      const floatv share = smooth_step(same_low, same_high, alike(fits, fit, &hit, ax, ay, az));
+      const floatv share = of_sheet(fits, fit, &hit, ax, ay, az, blending);
       add_hit(&A, fits.foot + 4 * fit, s, hit, share);
       add_hit(&B, fits.foot + 4 * fit, s, hit, 1.0f - share);
       const floatv left = (1.0f - share) * hit.weight;
@@ -365,9 +373,8 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       floatv nx = none, ny = none, nz = none;
       for (int k = 0; k < total; ++k) {
         if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
-        const floatv rest = 1.0f - smooth_step(same_low, same_high, alike(fits, fit, &hit, ax, ay, az));
-        const floatv w = rest * hit.weight *
-                         smooth_step(same_low, same_high, alike(fits, fit, &hit, bx, by, bz));
+        const floatv rest = 1.0f - of_sheet(fits, fit, &hit, ax, ay, az, blending);
+        const floatv w = rest * hit.weight * of_sheet(fits, fit, &hit, bx, by, bz, blending);
         nx = fma(w, hit.gx, nx);
         ny = fma(w, hit.gy, ny);
         nz = fma(w, hit.gz, nz);
@@ -376,9 +383,8 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       clear_sums(&B);
       for (int k = 0; k < total; ++k) {
         if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
-        const floatv rest = 1.0f - smooth_step(same_low, same_high, alike(fits, fit, &hit, ax, ay, az));
-        const floatv other =
-            third * (1.0f - smooth_step(same_low, same_high, alike(fits, fit, &hit, bx, by, bz)));
+        const floatv rest = 1.0f - of_sheet(fits, fit, &hit, ax, ay, az, blending);
+        const floatv other = third * (1.0f - of_sheet(fits, fit, &hit, bx, by, bz, blending));
         add_hit(&B, fits.foot + 4 * fit, s, hit, rest * (1.0f - other));
         add_hit(&C, fits.foot + 4 * fit, s, hit, rest * other);
       }
@@ -391,11 +397,11 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   Shares shares = {none, none};
   if (!one_sheet) {
     const floatv per_all = 1.0f / larger(all, tiny);
-    const floatv some_b = smooth_step(0.003f, 0.02f, B.w * per_all);
+    const floatv some_b = counts_by(B.w * per_all);
     const intv convex = convex_between(&a, &b), only_b = !(A.w > 1e-9f * B.w);
     edge = (B.w > 0.03f * A.w) & convex & near_each(a.z, b.z, crease);
     if (ANY(third > 0.0f)) {
-      const floatv some_c = smooth_step(0.003f, 0.02f, C.w * per_all);
+      const floatv some_c = counts_by(C.w * per_all);
       shares = shares_in_corner(&a, &b, &c, some_b, some_c, only_b, crease);
       edge |= (C.w > 0.03f * A.w) & convex_between(&a, &c) & near_each(a.z, c.z, crease);
     } else {

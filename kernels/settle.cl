@@ -326,9 +326,9 @@ kernel void settle_samples(
   const Cells cells = CELLS_OF(cell_);
   Lanes lanes[VECTORS];
   Around around;
-  const int tile = tile_of_item();
-  if (tile >= tiles_of(how.screen)) return;
-  global int* left = count + tiles_of(how.screen) + tile;
+  const int tile = tile_of_item(), tiles = tiles_of(how.screen);
+  if (tile >= tiles) return;
+  global int* left = count + tiles + tile;
   int used = 0;
   for (int place = item_of_tile() * TAKES;; place += TILE_ITEMS * TAKES) {
     const int vectors = load_work(tile, place, sample, count, how.screen, lanes, &around);
