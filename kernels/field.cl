@@ -478,3 +478,9 @@ inline floatv agreement_of(const floatv apart, const floatv alike, const float d
   return (1.0f - smooth_step(0.5f + 0.5f * disorder, 1.0f + 1.0f * disorder, apart)) *
          smooth_step(0.6f - 0.6f * disorder, 0.92f - 0.32f * disorder, alike);
 }
+
+// How far a blend of fits with such a trust is compared with the field. A mark of .01 (stages/trust)
+// asks for all of it; less than that for a part, so that no step shows where a mark begins.
+inline floatv compared_at(const floatv trust) {
+  return clamp(100.0f * (1.0f - trust), 0.0f, 1.0f);
+}

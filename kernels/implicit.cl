@@ -388,14 +388,14 @@ inline void implicit_at(const Cells cells, global const float* weight, const Fit
     ask_fits(fits, x, y, z, open, sheets, &fitted);
     // Where the density falls, fits hand over to the field, slowly: else a gap beside an edge, or
     // the tip of a drop, has a step where both differ.
-    const floatv contour = limits.x * (1.0f - 0.7f * fitted.edge), doubt = 1.0f - fitted.trust;
+    const floatv contour = limits.x * (1.0f - 0.7f * fitted.edge);
     floatv share = fitted.trust * clamp(4.0f * (c - contour + 0.1f * fitted.trust), 0.0f, 1.0f);
     // Where fits follow their particles badly, what they say is compared with the field.
     const floatv apart = fabs(fitted.level.f - level.f);
     const floatv alike =
         dot_of(fitted.level.x, fitted.level.y, fitted.level.z, level.x, level.y, level.z);
     const floatv agreement = agreement_of(apart, alike, of.disorder);
-    const floatv compared = clamp(100.0f * doubt, 0.0f, 1.0f) * (1.0f - fitted.edge);
+    const floatv compared = compared_at(fitted.trust) * (1.0f - fitted.edge);
     share *= (1.0f - compared * (1.0f - agreement)) * (1.0f - smooth_step(FILLING, FILLED, c));
     level = mix_of(level, fitted.level, SELECT(none, share, open));
   }

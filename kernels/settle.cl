@@ -263,7 +263,8 @@ inline floatv search_to(const floatv t, const floatv t0, const FieldLimits limit
 
 // Where the blend is not fully trusted, the rest is the field's. The blend's share is its trust, or
 // nothing outside the fluid: with less trust the contour draws in to where the field has its own.
-// And it gives way where it disagrees with the field, but for convex creases, which the field rounds.
+// And it gives way where it disagrees with the field, as far as it is compared with it, but for convex
+// creases, which the field rounds.
 // Where there is no field to follow, the larger share decides.
 inline void follow(const int* at, const intv listed, const int n, const Rays r,
                    const floatv last, global const float* reference, global const float* trust,
@@ -292,7 +293,8 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
     const floatv apart = fabs(c.depth - t) * fabs(mx * r.dx + my * r.dy - mz);
     const floatv alike = mx * c.nx + my * c.ny + mz * c.nz;
     const floatv agreement = agreement_of(apart, alike, limits.disorder);
-    share = SELECT(share, share * agreement, compared & !carried.on_edge);
+    const floatv keeps = 1.0f - compared_at(carried.trust) * (1.0f - agreement);
+    share = SELECT(share, share * keeps, compared & !carried.on_edge);
   }
   const floatv choice = SELECT(none, (floatv)(1.0f), share > 0.5f);
   share = SELECT(choice, share, crossed);

@@ -134,6 +134,7 @@ const Fault kFaults[] = {
      "2.01f * limits.before, reference"},
     {"settle", 37, "field.cl", "1.0f + 1.0f * disorder", "1.02f + 1.0f * disorder"},
     {"settle", 37, "field.cl", "0.6f - 0.6f * disorder", "0.65f - 0.6f * disorder"},
+    {"settle", 37, "field.cl", "clamp(100.0f * (1.0f - trust)", "clamp(103.0f * (1.0f - trust)"},
     {"settle", 37, "settle.cl", "smaller(t, t0) - limits.before", "larger(t, t0) - limits.before"},
     {"settle", 37, "settle.cl", "lanes->used & (c.depth < on.end)",
      "lanes->used & (c.depth > on.end)"},

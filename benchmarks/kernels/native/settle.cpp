@@ -217,7 +217,9 @@ void follow(const Follow& in, const Lanes& lanes, const Floats& last, Around& ar
     const float d = in.disorder;
     const Floats agreement = (1.0f - smooth_step(0.5f + 0.5f * d, 1.0f + d, apart)) *
                              smooth_step(0.6f - 0.6f * d, 0.92f - 0.32f * d, alike);
-    share = compared & ~trust.on_edge ? share * agreement : share;
+    const Floats keeps =
+        1.0f - smaller(larger(100.0f * (1.0f - trust.share), none), one) * (1.0f - agreement);
+    share = compared & ~trust.on_edge ? share * keeps : share;
   }
   share = crossed ? share : share > 0.5f ? one : none;
   const Ints changed = lanes.used & (share < 1.0f), both = share > 0.0f;

@@ -232,6 +232,9 @@ inline double agreement(double apart, double alike, double disorder) {
          smooth_step(0.6 - 0.6 * disorder, 0.92 - 0.32 * disorder, alike);
 }
 
+/// How far a blend with this trust is compared with the field: wholly from a mark of .01 on.
+inline double compared(double trust) { return std::clamp(100 * (1 - trust), 0.0, 1.0); }
+
 /// A sample of a layer before it is settled.
 struct LayerSample {
   double triangle = kNowhere;   // depth of the kept triangles
@@ -327,10 +330,12 @@ inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour
     if (!s.on_edge) {
       const double moved = (c.error + 4 * kEpsilon * s.depth) * facing;
       const double turned = c.normal_error + 4 * kEpsilon;
+      const auto keeps = [&](double apart, double alike) {
+        return 1 - compared(s.trust) * (1 - agreement(apart, alike, disorder));
+      };
       // Its four factors' roundings, of numbers up to 3.
-      low *= std::max(0.0,
-                      agreement(apart * facing + moved, alike - turned, disorder) - 32 * kEpsilon);
-      high *= agreement(apart * facing - moved, alike + turned, disorder) + 32 * kEpsilon;
+      low *= std::max(0.0, keeps(apart * facing + moved, alike - turned) - 32 * kEpsilon);
+      high *= keeps(apart * facing - moved, alike + turned) + 32 * kEpsilon;
     }
     const double share = (low + high) / 2, share_off = (high - low) / 2;
     // The crossing's error counts by the rest; the share's by the difference of what is mixed.

@@ -130,7 +130,7 @@ struct Layer {
 /// Blends, references and triangles at random around where rays meet the field, and elsewhere;
 /// every kind of trust. A quarter of the samples looks again.
 inline Layer random_layer(const FieldScene& scene, unsigned seed) {
-  Random random(seed);
+  Random random(seed), marks(seed + 1);  // marks of trust, compared with the field for a part
   const std::size_t n = scene.grid.size();
   const double level = scene.params.blob_density;
   Layer layer(n);
@@ -152,7 +152,8 @@ inline Layer random_layer(const FieldScene& scene, unsigned seed) {
     layer.depth[s] = static_cast<float>(at + random(-1, 1) * reach);
     layer.triangle[s] = static_cast<float>(layer.depth[s] + random(-4.5, 4.5));
     const double where = chance(0.3) ? 2 : chance(0.2) ? (s % 3 == 0 ? 8 : 4) : 0;
-    const double trust = chance(0.25) ? 1 : chance(0.1) ? 0 : std::sqrt(random(0, 1));
+    double trust = chance(0.25) ? 1 : chance(0.1) ? 0 : std::sqrt(random(0, 1));
+    if (marks(0, 1) < 0.15) trust = marks(0.99, 1);
     layer.trust[s] = static_cast<float>(where + trust);
     const double size = chance(0.6) ? 0.4 : 3;
     const Vec3d off{random(-1, 1), random(-1, 1), random(-0.3, 0.3)};
