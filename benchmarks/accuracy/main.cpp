@@ -30,7 +30,7 @@ void add_common(CLI::App& app, CommonOptions& options) {
 
 void add_scenes(CLI::App& app, ScenesOptions& options) {
   app.add_option("--scene", options.scenes,
-                 "Names of scenes, calm, violent, violent-tuning or violent-reporting")
+                 "Names of scenes, calm, held-out, violent, violent-tuning or violent-reporting")
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--series", options.series,

@@ -45,11 +45,16 @@ const std::vector<Scene>& scenes();
 /// See violent.hpp.
 const std::vector<Scene>& violent_scenes();
 
-/// Of either kind. Throws InvalidArgument, with the names there are.
+/// Solids with sharp edges that had no say in any constant: cylinder, cone, octahedron,
+/// tetrahedron, ring, stairs, slab (four s thick), drilled (a block with a round hole), lens (two
+/// balls' intersection), pit (a block without a part of a ball) and ball (in a slab).
+const std::vector<Scene>& held_out_scenes();
+
+/// Of any kind. Throws InvalidArgument, with the names there are.
 const Scene& find_scene(std::string_view name);
 
-/// Names of scenes, where a word may also be calm (scenes()), violent, violent-tuning or
-/// violent-reporting. Throws InvalidArgument, with the names there are.
+/// Names of scenes, where a word may also be calm (scenes()), held-out, violent,
+/// violent-tuning or violent-reporting. Throws InvalidArgument, with the names there are.
 std::vector<std::string> scenes_named(const std::vector<std::string>& words);
 
 /// The scene from where seed `seed` sees it: the eye turns about the vertical through the target by

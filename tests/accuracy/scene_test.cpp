@@ -37,7 +37,8 @@ const Truth& truth_of(const std::string& name) {
 
 std::vector<std::string> names() {
   std::vector<std::string> all;
-  for (const Scene& scene : scenes()) all.push_back(scene.name);
+  for (const auto* list : {&scenes(), &held_out_scenes()})
+    for (const Scene& scene : *list) all.push_back(scene.name);
   return all;
 }
 

@@ -22,6 +22,7 @@ TEST(ViolentScenes, AreSplit) {
               ElementsAre("crown", "collision", "impact", "wall", "gate"));
   EXPECT_EQ(scenes_named({"violent"}).size(), 8u);
   EXPECT_EQ(scenes_named({"calm"}).size(), scenes().size());
+  EXPECT_EQ(scenes_named({"held-out"}).size(), held_out_scenes().size());
   EXPECT_THAT(scenes_named({"box", "jet"}), ElementsAre("box", "jet"));
   EXPECT_THROW(scenes_named({"violence"}), InvalidArgument);
   EXPECT_THROW(scenes_named({"violent-all"}), InvalidArgument);
