@@ -209,26 +209,42 @@ std::vector<std::uint32_t> list_unseen(const ParticleFits& front, const Particle
   return unseen;
 }
 
+// What the front shows where a crossing lies: its depth, world units, and the pixel.
+struct FrontAt {
+  float depth = kNoSurface;
+  PixelPosition pixel{};
+};
+
+FrontAt front_at(const View& view, const std::vector<float>& front, const Vec3d& at) {
+  const PixelPosition p = project(view, at);
+  if (!(-at.z > 0 && p.w > 0 && p.u >= 0 && p.v >= 0 && p.u < view.width && p.v < view.height))
+    return {};
+  return {front[static_cast<std::size_t>(p.v) * static_cast<std::size_t>(view.width) +
+                static_cast<std::size_t>(p.u)],
+          p};
+}
+
 // The crossings that are not the front itself. Those that are get their normals.
 std::vector<std::uint32_t> list_hidden(const View& view, const std::vector<float>& front,
                                        const SpaceGrid& grid, CrossedEdges& edges) {
+  // Read before any test: the next one need not wait for what the test of this one says.
+  std::vector<FrontAt> shown(edges.size());
+  std::vector<char> is_front(edges.size());
+  parallel_for(edges.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t e = begin; e < end; ++e) shown[e] = front_at(view, front, edges.position[e]);
+    for (std::size_t e = begin; e < end; ++e) {
+      const auto& [depth, p] = shown[e];
+      if (depth == kNoSurface || !(-edges.position[e].z < depth / view.radius + kBehindFront))
+        continue;
+      edges.normal[e] = guess_normal(grid, edges, e);
+      const Vec3d along = ray_direction(view, p.u, p.v);
+      is_front[e] = dot(along, edges.normal[e]) < -kFacing * length(along);
+    }
+  });
   std::vector<std::uint32_t> hidden;
   hidden.reserve(edges.size());
-  for (std::size_t e = 0; e < edges.size(); ++e) {
-    const Vec3d& at = edges.position[e];
-    const PixelPosition p = project(view, at);
-    if (-at.z > 0 && p.w > 0 && p.u >= 0 && p.v >= 0 && p.u < view.width && p.v < view.height) {
-      const std::size_t pixel =
-          static_cast<std::size_t>(p.v) * static_cast<std::size_t>(view.width) +
-          static_cast<std::size_t>(p.u);
-      if (-at.z < front[pixel] / view.radius + kBehindFront && front[pixel] < kNoSurface) {
-        const Vec3d along = ray_direction(view, p.u, p.v);
-        edges.normal[e] = guess_normal(grid, edges, e);
-        if (dot(along, edges.normal[e]) < -kFacing * length(along)) continue;
-      }
-    }
-    hidden.push_back(static_cast<std::uint32_t>(e));
-  }
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    if (!is_front[e]) hidden.push_back(static_cast<std::uint32_t>(e));
   return hidden;
 }
 
