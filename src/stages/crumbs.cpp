@@ -15,11 +15,10 @@ std::vector<std::uint32_t> pieces_of(const DualMesh& mesh) {
     while (lowest[v] != v) v = lowest[v] = lowest[lowest[v]];
     return v;
   };
-  for (const auto& t : mesh.triangle)
-    for (const std::uint32_t v : {t[1], t[2]}) {
-      const std::uint32_t a = lowest_of(t[0]), b = lowest_of(v);
-      lowest[std::max(a, b)] = std::min(a, b);
-    }
+  for (const auto& t : mesh.triangle) {
+    const std::uint32_t a = lowest_of(t[0]), b = lowest_of(t[1]), c = lowest_of(t[2]);
+    lowest[a] = lowest[b] = lowest[c] = std::min({a, b, c});
+  }
   for (std::uint32_t& v : lowest) v = lowest_of(v);
   return lowest;
 }

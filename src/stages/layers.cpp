@@ -313,19 +313,22 @@ struct Tracer {
         const int k = std::countr_zero(rest);
         if (front[k] == kNoSurface) continue;
         const std::size_t at = part.in_band + static_cast<std::size_t>(k);
+        const double stretch = stretch_of(column + k, row);  // a root, done before it is needed
         of.list(at, crossings);
-        write(column + k, row, part.pixel + static_cast<std::size_t>(k), at, of, crossings, bodies);
+        write(column + k, row, stretch, part.pixel + static_cast<std::size_t>(k), at, of, crossings,
+              bodies);
       }
       std::fill_n(&band.exit[part.in_band], part.count, kNoSurface);
     }
   }
 
   // Writes what is kept of one ray.
-  void write(int column, int row, std::size_t pixel, std::size_t in_band, const PixelCrossings& of,
-             const std::vector<Crossing>& crossings, std::vector<Interval>& bodies) const {
+  void write(int column, int row, double stretch, std::size_t pixel, std::size_t in_band,
+             const PixelCrossings& of, const std::vector<Crossing>& crossings,
+             std::vector<Interval>& bodies) const {
     const float first = layers.entry[pixel];
     layers.exit[pixel] = kNoSurface;
-    const double stretch = stretch_of(column, row), depth_of_radius = view.radius / stretch;
+    const double depth_of_radius = view.radius / stretch;
     const auto thinnest = static_cast<float>(kThinnest * depth_of_radius);
     const double meets_front = first + kMeetsFront * depth_of_radius,
                  fold = first + kFold * depth_of_radius;
