@@ -200,15 +200,6 @@ void join_fits(ParticleFits& fits, const ParticleFits& more) {
   fits.visible.assign(fits.size(), 1);
 }
 
-// The fits that may lie around gaps: what a camera sees in full has air before it. The front's fits
-// come first, then others.
-std::vector<std::uint32_t> list_unseen(const ParticleFits& front, const ParticleFits& more) {
-  std::vector<std::uint32_t> unseen;
-  for (std::size_t k = 0; k < front.size() + more.size(); ++k)
-    if (k >= front.size() || front.visible[k] < 1) unseen.push_back(static_cast<std::uint32_t>(k));
-  return unseen;
-}
-
 // What the front shows where a crossing lies: its depth, world units, and the pixel.
 struct FrontAt {
   float depth = kNoSurface;
@@ -301,9 +292,7 @@ Layers find_layers(Device& device, const View& view, KnownFluid known, std::vect
   const ParticleFits more = fit_hidden(device, known, hidden, params);
   clock.start("trust");
   append(known.trust, trust_of(more, params.disorder));
-  const std::vector<std::uint32_t> unseen = list_unseen(known.fits, more);
   join_fits(known.fits, more);
-  distrust_gaps(device, known.cells, known.fits, unseen, params.disorder, known.trust);
   const ImplicitFunction function = make_implicit(
       device, record_fits(known.fits, known.trust, params).records, known.levelled, params);
   const DualMesh mesh =
