@@ -200,35 +200,38 @@ void join_fits(ParticleFits& fits, const ParticleFits& more) {
   fits.visible.assign(fits.size(), 1);
 }
 
-// What the front shows where a crossing lies: its depth, world units, and the pixel.
-struct FrontAt {
-  float depth = kNoSurface;
-  PixelPosition pixel{};
+// Where a crossing lies on the screen, and in which pixel.
+struct PixelOf {
+  static constexpr std::size_t kNowhere = ~std::size_t{0};
+  PixelPosition at{};
+  std::size_t pixel = kNowhere;
 };
 
-FrontAt front_at(const View& view, const std::vector<float>& front, const Vec3d& at) {
+PixelOf find_pixel(const View& view, const Vec3d& at) {
   const PixelPosition p = project(view, at);
   if (!(-at.z > 0 && p.w > 0 && p.u >= 0 && p.v >= 0 && p.u < view.width && p.v < view.height))
     return {};
-  return {front[static_cast<std::size_t>(p.v) * static_cast<std::size_t>(view.width) +
-                static_cast<std::size_t>(p.u)],
-          p};
+  return {p, static_cast<std::size_t>(p.v) * static_cast<std::size_t>(view.width) +
+                 static_cast<std::size_t>(p.u)};
 }
 
 // The crossings that are not the front itself. Those that are get their normals.
 std::vector<std::uint32_t> list_hidden(const View& view, const std::vector<float>& front,
                                        const SpaceGrid& grid, CrossedEdges& edges) {
-  // Read before any test: the next one need not wait for what the test of this one says.
-  std::vector<FrontAt> shown(edges.size());
+  std::vector<PixelOf> place(edges.size());
+  std::vector<float> shown(edges.size());
   std::vector<char> is_front(edges.size());
   parallel_for(edges.size(), kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t e = begin; e < end; ++e) shown[e] = front_at(view, front, edges.position[e]);
+    for (std::size_t e = begin; e < end; ++e) place[e] = find_pixel(view, edges.position[e]);
+    // Pixels lie far from each other in memory: a loop that does nothing else waits for many at
+    // once.
+    for (std::size_t e = begin; e < end; ++e)
+      shown[e] = place[e].pixel == PixelOf::kNowhere ? kNoSurface : front[place[e].pixel];
     for (std::size_t e = begin; e < end; ++e) {
-      const auto& [depth, p] = shown[e];
-      if (depth == kNoSurface || !(-edges.position[e].z < depth / view.radius + kBehindFront))
+      if (shown[e] == kNoSurface || !(-edges.position[e].z < shown[e] / view.radius + kBehindFront))
         continue;
       edges.normal[e] = guess_normal(grid, edges, e);
-      const Vec3d along = ray_direction(view, p.u, p.v);
+      const Vec3d along = ray_direction(view, place[e].at.u, place[e].at.v);
       is_front[e] = dot(along, edges.normal[e]) < -kFacing * length(along);
     }
   });
