@@ -36,8 +36,9 @@ std::size_t wanted_in(const SpaceGrid& grid, const BlockBox& own) {
 }
 
 void ask_corners(Device& device, const ImplicitFunction& function, SpaceGrid& grid) {
-  fill_corners(
-      grid, [&](const Points& points) { return measure_implicit(device, function, points).value; });
+  fill_corners(grid, points_together(device), [&](const Points& points) {
+    return measure_implicit(device, function, points).value;
+  });
 }
 
 // close_grid(), of a box. Returns how many blocks there were at first and after each round;

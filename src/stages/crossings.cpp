@@ -183,6 +183,11 @@ std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdg
 void measure_crossings(Device& device, const ImplicitFunction& function,
                        const std::vector<std::uint32_t>& some, CrossedEdges& edges) {
   // Those of one block corner by corner: points that lie near each other are asked together.
+  const std::size_t together = points_together(device);
+  Points points;
+  points.reserve(2 * some.size());
+  std::vector<std::size_t> place;  // [some, in this order] among the points
+  place.reserve(some.size());
   std::vector<std::uint32_t> order = some;
   for (auto begin = order.begin(); begin != order.end();) {
     const std::int32_t block = edges.block[*begin];
@@ -191,15 +196,16 @@ void measure_crossings(Device& device, const ImplicitFunction& function,
     std::sort(begin, end, [&](std::uint32_t a, std::uint32_t b) {
       return edges.bit[a] != edges.bit[b] ? edges.bit[a] < edges.bit[b] : a < b;
     });
-    begin = end;
+    points.pad(together);
+    for (; begin != end; ++begin) {
+      place.push_back(points.size());
+      points.add(edges.position[*begin]);
+    }
   }
-  Points points;
-  points.reserve(order.size());
-  for (const std::uint32_t e : order) points.add(edges.position[e]);
   const Levels levels = measure_implicit(device, function, points);
   for (std::size_t k = 0; k < order.size(); ++k) {
-    edges.value[order[k]] = levels.value[k];
-    edges.normal[order[k]] = Vec3d(levels.gradient[k]);
+    edges.value[order[k]] = levels.value[place[k]];
+    edges.normal[order[k]] = Vec3d(levels.gradient[place[k]]);
   }
 }
 

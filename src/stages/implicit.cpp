@@ -66,6 +66,16 @@ void Points::add(const Vec3d& at) {
   z.push_back(static_cast<float>(at.z));
 }
 
+void Points::pad(std::size_t together) {
+  if (size() == 0) return;
+  const std::size_t padded = (size() + together - 1) / together * together;
+  for (std::vector<float>* const axis : {&x, &y, &z}) axis->resize(padded, axis->back());
+}
+
+std::size_t points_together(Device& device) {
+  return static_cast<std::size_t>(device.state().wide_width());
+}
+
 Levels measure_implicit(Device& device, const ImplicitFunction& function, const Points& points) {
   const std::size_t n = points.size();
   Levels levels{std::vector<float>(n), std::vector<Vec3>(n)};

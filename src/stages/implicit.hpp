@@ -39,6 +39,8 @@ struct Points {
   void reserve(std::size_t n);
   void clear();
   void add(const Vec3d& at);
+  /// Repeats the last point until there is a multiple of `together`.
+  void pad(std::size_t together);
 };
 
 /// F and the unit vector along its gradient at points.
@@ -46,6 +48,11 @@ struct Levels {
   std::vector<float> value;    // [n] particle radii, < 0 inside the fluid; a distance near F = 0
   std::vector<Vec3> gradient;  // [n] unit, outward; zero where F is flat
 };
+
+/// How many points in a row measure_implicit() takes at a time on a device. Those that lie in
+/// places far from each other are searched around one place after the other, so each place had best
+/// begin at a multiple.
+std::size_t points_together(Device& device);
 
 /// F at points, those that lie near each other best one after another. Waits. Throws DeviceError.
 Levels measure_implicit(Device& device, const ImplicitFunction& function, const Points& points);

@@ -310,21 +310,24 @@ SpaceGrid grid_around(const Points& points, double reach, double cell, const Cor
   return grid;
 }
 
-void fill_corners(SpaceGrid& grid,
+void fill_corners(SpaceGrid& grid, std::size_t together,
                   const std::function<std::vector<float>(const Points& points)>& value_at) {
   constexpr std::size_t kAtATime = std::size_t{1} << 20;  // points: bounds the memory for them
   Points points;
   points.reserve(kAtATime + 64);
   for (std::size_t first = 0, end = 0; first < grid.blocks.size(); first = end) {
     points.clear();
-    for (; end < grid.blocks.size() && points.size() < kAtATime; ++end)
+    for (; end < grid.blocks.size() && points.size() < kAtATime; ++end) {
+      points.pad(together);
       each_bit(grid.blocks[end].wanted & ~grid.blocks[end].known,
                [&](int bit) { points.add(grid.position(end, bit)); });
+    }
     if (points.size() == 0) continue;
     const std::vector<float> values = value_at(points);
     std::size_t next = 0;
     for (std::size_t b = first; b < end; ++b) {
       CornerBlock& block = grid.blocks[b];
+      next = (next + together - 1) / together * together;
       each_bit(block.wanted & ~block.known, [&](int bit) {
         const float value = values[next++];
         block.value[static_cast<std::size_t>(bit)] = value;

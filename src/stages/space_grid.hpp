@@ -123,8 +123,9 @@ SpaceGrid grid_around(const Points& points, double reach, double cell,
                       const CornerBox& within = {});
 
 /// Fills in the corners that are wanted and not known, block by block: `value_at` is told about a
-/// million points at a time and returns F at each.
-void fill_corners(SpaceGrid& grid,
+/// million points at a time and returns F at each. Those of a block begin at a multiple of
+/// `together` (points_together()).
+void fill_corners(SpaceGrid& grid, std::size_t together,
                   const std::function<std::vector<float>(const Points& points)>& value_at);
 
 /// Wants all corners of all cells around the edges that cross the surface, as far as corners are
