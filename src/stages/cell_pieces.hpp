@@ -42,19 +42,13 @@ using CornerValues = std::array<float, 8>;
 
 inline bool is_inside(float value) { return value < 0; }
 
-/// Where corner c of the cell whose lowest corner has a bit in a block lies: in which block, a
-/// place in SpaceGrid::around, and its bit there.
-struct CornerPlace {
-  std::uint8_t around = 0, bit = 0;
-};
+/// Where corner c of the cell whose lowest corner has a bit in a block lies.
 inline constexpr auto kCornersOfCells = [] {
   std::array<std::array<CornerPlace, 8>, 64> all{};
   for (int bit = 0; bit < 64; ++bit)
     for (int c = 0; c < 8; ++c) {
       const auto [i, j, k] = place_in_block(bit);
-      const int x = i + (c & 1), y = j + (c >> 1 & 1), z = k + (c >> 2);
-      all[bit][c] = {static_cast<std::uint8_t>(13 + x / 4 + 3 * (y / 4) + 9 * (z / 4)),
-                     static_cast<std::uint8_t>(x % 4 + 4 * (y % 4) + 16 * (z % 4))};
+      all[bit][c] = corner_place(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
     }
   return all;
 }();

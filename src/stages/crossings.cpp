@@ -31,22 +31,35 @@ void put_crossing(const SpaceGrid& grid, std::size_t e, double at, CrossedEdges&
                       Vec3d(x, y, z) * (at * grid.cell);
 }
 
+// Where the corners of the cells around an edge lie that are beside it: of each end those one cell
+// before and behind along the axes across the edge. Of each axis and each bit at the lower end.
+constexpr std::array<std::array<int, 2>, 4> kBeside{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
+constexpr auto kBesideEdges = [] {
+  std::array<std::array<std::array<std::array<CornerPlace, 4>, 2>, 64>, 3> all{};
+  for (std::size_t along = 0; along < 3; ++along)
+    for (int bit = 0; bit < 64; ++bit)
+      for (int end = 0; end <= 1; ++end)
+        for (std::size_t q = 0; q < kBeside.size(); ++q) {
+          std::array<int, 3> at = place_in_block(bit);
+          at[along] += end;
+          at[(along + 1) % 3] += kBeside[q][0];
+          at[(along + 2) % 3] += kBeside[q][1];
+          all[along][bit][end][q] = corner_place(at[0], at[1], at[2]);
+        }
+  return all;
+}();
+
 // The slope of F at an edge, per cell: along it between its ends, across it the mean of the slopes
 // at both ends. All corners around a crossed edge are known.
 Vec3d slope_at(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e) {
-  constexpr std::array<std::array<int, 2>, 4> kBeside{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
   const std::size_t along = edges.axis[e], across = (along + 1) % 3, beyond = (along + 2) % 3;
+  const auto& blocks = grid.around[static_cast<std::size_t>(edges.block[e])];
   std::array<double, 3> slope{};
-  for (int end = 0; end <= 1; ++end)
-    for (const auto& [db, dc] : kBeside) {
-      std::array<int, 3> at = place_in_block(edges.bit[e]);
-      at[along] += end;
-      at[across] += db;
-      at[beyond] += dc;
-      const double value = value_at(
-          grid, corner_at(grid, static_cast<std::size_t>(edges.block[e]), at[0], at[1], at[2]));
-      slope[across] += 0.25 * db * value;
-      slope[beyond] += 0.25 * dc * value;
+  for (const auto& beside : kBesideEdges[along][edges.bit[e]])
+    for (std::size_t q = 0; q < kBeside.size(); ++q) {
+      const double value = value_at(grid, {blocks[beside[q].around], beside[q].bit});
+      slope[across] += 0.25 * kBeside[q][0] * value;
+      slope[beyond] += 0.25 * kBeside[q][1] * value;
     }
   const auto [low, high] = ends_of(grid, edges, e);
   slope[along] = double{value_at(grid, high)} - value_at(grid, low);

@@ -69,12 +69,23 @@ struct Corner {
   int bit = 0;
 };
 
-/// The corner (i, j, k) from a block's first one, -4 .. 7 each; without a block where there is
-/// none.
-inline Corner corner_at(const SpaceGrid& grid, std::size_t block, int i, int j, int k) {
+/// Where a corner lies as seen from a block: in which block, a place in SpaceGrid::around, and its
+/// bit there.
+struct CornerPlace {
+  std::uint8_t around = 0, bit = 0;
+};
+
+/// That of the corner (i, j, k) from the block's first one, -4 .. 7 each.
+constexpr CornerPlace corner_place(int i, int j, int k) {
   const int x = (i + 4) >> 2, y = (j + 4) >> 2, z = (k + 4) >> 2;
-  return {grid.around[block][static_cast<std::size_t>(x + 3 * y + 9 * z)],
-          (i & 3) + 4 * (j & 3) + 16 * (k & 3)};
+  return {static_cast<std::uint8_t>(x + 3 * y + 9 * z),
+          static_cast<std::uint8_t>((i & 3) + 4 * (j & 3) + 16 * (k & 3))};
+}
+
+/// The corner itself; without a block where there is none.
+inline Corner corner_at(const SpaceGrid& grid, std::size_t block, int i, int j, int k) {
+  const CornerPlace place = corner_place(i, j, k);
+  return {grid.around[block][place.around], place.bit};
 }
 
 /// F at a corner whose block is there.
