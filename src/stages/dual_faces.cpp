@@ -73,17 +73,29 @@ struct CellsAround {
   std::array<int, 4> edge;            // which one of the cell's it is
 };
 
+// Where those cells' lowest corners lie, of each axis and each bit at an edge's lower end.
+constexpr auto kCellsAround = [] {
+  std::array<std::array<std::array<CornerPlace, 4>, 64>, 3> all{};
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (int bit = 0; bit < 64; ++bit)
+      for (std::size_t q = 0; q < 4; ++q) {
+        std::array<int, 3> at = place_in_block(bit);
+        at[(axis + 1) % 3] -= CellsAround::kBack[q][0];
+        at[(axis + 2) % 3] -= CellsAround::kBack[q][1];
+        all[axis][bit][q] = corner_place(at[0], at[1], at[2]);
+      }
+  return all;
+}();
+
 CellsAround cells_around(const SpaceGrid& grid, const CrossedEdges& edges, std::size_t e,
                          const DualMesh& mesh) {
   const int axis = edges.axis[e];
+  const auto& blocks = grid.around[static_cast<std::size_t>(edges.block[e])];
   CellsAround around;
   for (std::size_t q = 0; q < 4; ++q) {
     const auto [back_b, back_c] = CellsAround::kBack[q];
-    std::array<int, 3> at = place_in_block(edges.bit[e]);
-    at[(axis + 1) % 3] -= back_b;
-    at[(axis + 2) % 3] -= back_c;
-    around.cell[q] = cell_at(
-        mesh, corner_at(grid, static_cast<std::size_t>(edges.block[e]), at[0], at[1], at[2]));
+    const CornerPlace place = kCellsAround[static_cast<std::size_t>(axis)][edges.bit[e]][q];
+    around.cell[q] = cell_at(mesh, {blocks[place.around], place.bit});
     around.edge[q] = edge_of(axis, back_b, back_c);
   }
   return around;
