@@ -53,7 +53,7 @@ constexpr double kFlat = 0.02, kOtherSide = -0.5;
 // is where fewer than this share of the front's bends are round, each by 1 / (d^2 + reach^2)^2 of
 // its distance d. They are summed up in cubes.
 constexpr double kMostRound = 0.5, kBendReach = 16, kBendCube = 16;
-constexpr std::size_t kGrain = 256;  // particles that are worth a thread
+constexpr std::size_t kGrain = 256;  // particles, crossings that are worth a thread
 
 // The particles to fit where the front has no fits: one after the other, but for those that a
 // fitted one speaks for.

@@ -31,7 +31,7 @@ SpaceGrid grid_of(int side, const Value& value) {
       for (int i = 0; i < side; ++i) points.add(Vec3d(i, j, k) * 0.5);
   SpaceGrid grid = grid_around(points, 1, 0.5);
   do {
-    fill_corners(grid, 1, [&](const Points& wanted) {
+    fill_corners(grid, 16, [&](const Points& wanted) {
       std::vector<float> values;
       for (std::size_t p = 0; p < wanted.size(); ++p) {
         const Vec3d at(wanted.x[p], wanted.y[p], wanted.z[p]);
