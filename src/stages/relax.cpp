@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -45,8 +47,14 @@ double density_of_one(double away) {
 
 // What a particle sees of others.
 struct Around {
-  std::vector<double> squared;  // distances within kRelaxReach
-  double nearest;               // particle radii
+  std::size_t begin, others;  // its part of Inside::squared
+  double nearest;             // particle radii
+};
+
+// Particles that lie inside the fluid.
+struct Inside {
+  std::vector<Around> sample;
+  std::vector<double> squared;  // distances of others within kRelaxReach
 };
 
 // Standard deviation over mean.
@@ -60,33 +68,47 @@ double variation_of(const std::vector<double>& values) {
   return std::sqrt(std::max(squares / count - mean * mean, 0.0)) / std::max(mean, 1e-12);
 }
 
-// What some particles see that lie inside the fluid: of others the distances do not tell their
-// order.
-std::vector<Around> look_inside(const Projected& particles, const std::vector<std::int32_t>& asked,
-                                const Cells& cells) {
-  const NearLists lists = list_near(particles, asked, cells, kRelaxReach);
-  std::vector<Around> sample;
-  for (std::size_t k = 0; k < asked.size(); ++k) {
-    const Vec3d own = particles.eye(static_cast<std::size_t>(asked[k]));
-    Around around{{}, kRelaxReach * kRelaxReach};
-    for (const cl_int other : lists[k]) {
-      if (other == asked[k]) continue;
-      const Vec3d to = particles.eye(static_cast<std::size_t>(other)) - own;
-      around.squared.push_back(dot(to, to));
-      around.nearest = std::min(around.nearest, around.squared.back());
-    }
-    around.nearest = std::sqrt(around.nearest);
-    sample.push_back(std::move(around));
+// The squared distances of a particle's others, which go to `squared`.
+Around look_around(const Projected& particles, std::int32_t own, std::span<const cl_int> near,
+                   std::vector<double>& squared) {
+  const Vec3d at = particles.eye(static_cast<std::size_t>(own));
+  Around around{squared.size(), 0, kRelaxReach * kRelaxReach};
+  for (const cl_int other : near) {
+    if (other == own) continue;
+    const Vec3d to = particles.eye(static_cast<std::size_t>(other)) - at;
+    squared.push_back(dot(to, to));
+    around.nearest = std::min(around.nearest, squared.back());
   }
-  std::stable_sort(sample.begin(), sample.end(), [](const Around& a, const Around& b) {
-    return a.squared.size() != b.squared.size() ? a.squared.size() > b.squared.size()
-                                                : a.nearest < b.nearest;
-  });
-  sample.resize(sample.size() / 2);
+  around.others = squared.size() - around.begin;
+  around.nearest = std::sqrt(around.nearest);
+  return around;
+}
+
+// The half of some particles that see the most others, of equally many those with the nearest ones:
+// they lie inside the fluid.
+Inside look_inside(const Projected& particles, const std::vector<std::int32_t>& asked,
+                   const Cells& cells) {
+  const NearLists lists = list_near(particles, asked, cells, kRelaxReach);
+  const std::size_t half = asked.size() / 2;
+  if (half == 0) return {};
+  std::vector<std::size_t> near;  // how many, itself among them
+  for (std::size_t k = 0; k < asked.size(); ++k) near.push_back(lists[k].size());
+  std::vector<std::size_t> sorted = near;
+  std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(half) - 1,
+                           std::greater{});
   // In a lattice of cubes a particle sees 32 others.
   constexpr std::size_t kInside = 19;
-  std::erase_if(sample, [](const Around& around) { return around.squared.size() < kInside; });
-  return sample;
+  const std::size_t fewest = std::max(sorted[half - 1], kInside + 1);
+  Inside inside;
+  inside.squared.reserve(64 * half);  // mostly enough
+  for (std::size_t k = 0; k < asked.size(); ++k)
+    if (near[k] >= fewest)
+      inside.sample.push_back(look_around(particles, asked[k], lists[k], inside.squared));
+  std::ranges::stable_sort(inside.sample, [](const Around& a, const Around& b) {
+    return a.others != b.others ? a.others > b.others : a.nearest < b.nearest;
+  });
+  if (inside.sample.size() > half) inside.sample.resize(half);
+  return inside;
 }
 
 // Three values and one that does not count, which compilers put into two registers.
@@ -194,11 +216,12 @@ void set_rounds(LaneLists::Block& block, const Places& at, const SpaceBox& wante
 
 ParticleOrder measure_order(const Projected& particles, const std::vector<std::int32_t>& asked,
                             const Cells& cells) {
-  const std::vector<Around> sample = look_inside(particles, asked, cells);
+  const Inside inside = look_inside(particles, asked, cells);
+  const std::vector<Around>& sample = inside.sample;
   if (sample.size() < kFewest) return {};
   ParticleOrder order;
   std::size_t others = 0;
-  for (const Around& around : sample) others += around.squared.size();
+  for (const Around& around : sample) others += around.others;
   constexpr double kVolume = 4.0 / 3 * std::numbers::pi * kRelaxReach * kRelaxReach * kRelaxReach;
   order.spacing =
       cube_root(kVolume * static_cast<double>(sample.size()) / static_cast<double>(others));
@@ -207,7 +230,7 @@ ParticleOrder measure_order(const Projected& particles, const std::vector<std::i
   for (const Around& around : sample) {
     nearest.push_back(around.nearest);
     double sum = 1;
-    for (const double squared : around.squared) {
+    for (const double squared : std::span(inside.squared).subspan(around.begin, around.others)) {
       const double fades = std::max(1 - squared / (far * far), 0.0);
       sum += fades * fades * fades;
     }
