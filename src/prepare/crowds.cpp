@@ -8,7 +8,6 @@
 #include <compare>
 #include <cstdint>
 #include <cstdlib>
-#include <span>
 
 #include "base/parallel.hpp"
 #include "base/position_hash.hpp"
@@ -141,6 +140,22 @@ bool is_ordinary(const BorrowedParticles& p, double side) {
   return all == 0 || 3 * all / 4 < all - more;
 }
 
+// The particles in a cube, by x, as the order is.
+std::vector<Vec3d> inside_of(const Cube& cube, const BorrowedParticles& p,
+                             const std::vector<std::size_t>& order, float inverse) {
+  const auto is_before = [&](std::size_t i, std::int32_t x) {
+    return cell_of(p.x[i], inverse) < x;
+  };
+  std::vector<Vec3d> inside;
+  for (auto k = std::lower_bound(order.begin(), order.end(), cube.x, is_before); k != order.end();
+       ++k) {
+    const Cube own = cube_of(p, *k, inverse);
+    if (own.x != cube.x) break;
+    if (own == cube) inside.push_back({p.x[*k], p.y[*k], p.z[*k]});
+  }
+  return inside;
+}
+
 // Whether the particles around some of them have no neighbour as near as fluid has: in cubes of 16
 // radii, those that lie far enough from the walls. There are hardly any of these where the radius
 // is far too small. A quick look, which a large radius passes.
@@ -151,56 +166,28 @@ bool seem_lonely(const BorrowedParticles& p, const std::vector<std::size_t>& ord
   std::array<Cube, kCubes> cubes{};
   for (std::size_t k = 0; k < kCubes; ++k)
     cubes[k] = cube_of(p, order[(2 * k + 1) * order.size() / (2 * kCubes)], inverse);
-  // By the order's chunks, so that the particles stay in order.
-  using Inside = std::array<std::vector<std::size_t>, kCubes>;
-  std::vector<Inside> chunks(order.size() / kGrain + 1);
-  const auto look = [&](std::span<const std::size_t> some, Inside& found) {
-    Coordinates at;
-    for (std::size_t k = 0; k < some.size(); ++k) {
-      at.x[k] = p.x[some[k]];
-      at.y[k] = p.y[some[k]];
-      at.z[k] = p.z[some[k]];
-    }
-    const Cubes all = cubes_of(at, inverse);
-    std::array<std::uint8_t, kBlock> in{};  // bit c: in cube c
-    for (std::size_t c = 0; c < kCubes; ++c)
-      for (std::size_t k = 0; k < kBlock; ++k) {
-        const int same =
-            int{all.x[k] == cubes[c].x} & int{all.y[k] == cubes[c].y} & int{all.z[k] == cubes[c].z};
-        in[k] |= static_cast<std::uint8_t>(same << c);
-      }
-    for (std::size_t k = 0; k < some.size(); ++k)
-      if (in[k] != 0) found[static_cast<std::size_t>(std::countr_zero(in[k]))].push_back(some[k]);
-  };
-  parallel_for(chunks.size(), 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c) {
-      const std::size_t last = std::min(order.size(), (c + 1) * kGrain);
-      for (std::size_t from = c * kGrain; from < last; from += kBlock)
-        look(std::span(order).subspan(from, std::min(kBlock, last - from)), chunks[c]);
-    }
-  });
-  Inside inside;
-  for (const Inside& chunk : chunks)
-    for (std::size_t k = 0; k < kCubes; ++k)
-      inside[k].insert(inside[k].end(), chunk[k].begin(), chunk[k].end());
   std::vector<double> nearest;  // radii
-  for (std::size_t k = 0; k < kCubes; ++k) {
-    std::size_t asked = 0;  // particles of this cube
-    for (const std::size_t i : inside[k]) {
-      if (asked == kLeast) break;
+  for (std::size_t c = 0; c < kCubes; ++c) {
+    if (std::count(cubes.begin(), cubes.begin() + static_cast<std::ptrdiff_t>(c), cubes[c]) > 0)
+      continue;  // looked at
+    const std::vector<Vec3d> inside = inside_of(cubes[c], p, order, inverse);
+    std::size_t asked = 0;
+    for (std::size_t i = 0; i < inside.size() && asked < kLeast; ++i) {
       const auto is_inner = [&](double x, std::int32_t cell) {
         const double from_wall = x / radius - kSide * cell;
         return from_wall >= kMargin && from_wall <= kSide - kMargin;
       };
-      if (!is_inner(p.x[i], cubes[k].x) || !is_inner(p.y[i], cubes[k].y) ||
-          !is_inner(p.z[i], cubes[k].z))
+      const Vec3d& at = inside[i];
+      if (!is_inner(at.x, cubes[c].x) || !is_inner(at.y, cubes[c].y) || !is_inner(at.z, cubes[c].z))
         continue;
       double least = kMargin * radius * kMargin * radius;  // squared
-      for (const std::size_t j : inside[k]) {
-        const double dx = double{p.x[i]} - p.x[j], dy = double{p.y[i]} - p.y[j],
-                     dz = double{p.z[i]} - p.z[j];
-        if (j != i) least = std::min(least, dx * dx + dy * dy + dz * dz);
-      }
+      const auto is_apart = [&](const Vec3d& other) {      // and so are those behind it
+        const double dx = at.x - other.x, dy = at.y - other.y, dz = at.z - other.z;
+        least = std::min(least, dx * dx + dy * dy + dz * dz);
+        return dx * dx > least;
+      };
+      for (std::size_t j = i + 1; j < inside.size() && !is_apart(inside[j]);) ++j;
+      for (std::size_t j = i; j > 0 && !is_apart(inside[j - 1]);) --j;
       nearest.push_back(std::sqrt(least) / radius);
       ++asked;
     }
