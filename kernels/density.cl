@@ -6,25 +6,29 @@
 // Points that lie nearer than this to the first of them along each axis share a search.
 #define TOGETHER 9.0f  // particle radii
 
-// The density at points. One work-item per BLOCK points, of which up to WIDTH go together that follow
-// each other and are near.
-kernel void measure_density(global const float* point,  // [3][n]
-                            global float* density,      // [n]
-                            CELLS_WITH(cell_, cell_weight), const int n) {
+// The density at points in rows, of which those at one place of the rows are near each other. One work-item
+// per BLOCK places, of which those go together that follow each other and are near: WIDTH points at most.
+// Of several rows where WIDTH is that many or more.
+kernel void measure_density(global const float* point,  // [3][rows][n]
+                            global float* density,      // [rows][n]
+                            CELLS_WITH(cell_, cell_weight), const int n, const int rows) {
   const Cells cells = CELLS_OF(cell_);
-  const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
+  const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n), all = rows * n;
   const floatv none = (floatv)(0.0f);
+  const intv lane = TO_INTV(LANES), place = lane / rows, row = lane - rows * place;
   for (int first = begin; first < end;) {
-    const floatv x = LOADF(point + first), y = LOADF(point + n + first),
-                 z = LOADF(point + 2 * n + first);
-    const int near = BITS((fabs(x - point[first]) < TOGETHER) & (fabs(y - point[n + first]) < TOGETHER) &
-                          (fabs(z - point[2 * n + first]) < TOGETHER) &
-                          (TO_INTV(LANES) < end - first)) | 1;
-    const int count = popcount(near ^ (near + 1)) - 1;  // ones before the first zero
+    int at[WIDTH];
+    STOREI(min(first + place, (intv)(n - 1)) + row * n, at);
+    const floatv x = gather_float(point, at), y = gather_float(point + all, at),
+                 z = gather_float(point + 2 * all, at);
+    const int near = BITS((fabs(x - point[first]) < TOGETHER) & (fabs(y - point[all + first]) < TOGETHER) &
+                          (fabs(z - point[2 * all + first]) < TOGETHER) & (place < end - first));
+    const int places = max(popcount(near & ~(near + 1)) / rows, 1);  // by the ones before the first zero
+    const intv used = place < places;
     Field sum = {none, none, none, none};
-    add_cells_around(cells, cell_weight, x, y, z, TO_INTV(LANES) < count, 0, &sum);
-    store_lanes(sum.c * NORM, density + first, count);
-    first += count;
+    add_cells_around(cells, cell_weight, x, y, z, used, 0, &sum);
+    scatter_float(sum.c * NORM, density, at, used);
+    first += places;
   }
 }
 

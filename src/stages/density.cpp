@@ -46,11 +46,12 @@ std::vector<float> measure_density(Device& device, const DeviceCells& cells,
 }
 
 void measure_density(Device& device, const DeviceCells& cells, const Buffer<float>& points,
-                     const Buffer<float>& density) {
-  const std::size_t n = points.size / 3;
+                     const Buffer<float>& density, int rows) {
   const int width = device.state().wide_width();
+  if (width < rows) rows = 1;  // one point a work-item
+  const std::size_t n = points.size / 3 / static_cast<std::size_t>(rows);
   launch(device, kernels::measure_density, width, range_of_blocks(n, width), points, density,
-         cells_with(cells, cells.weight), static_cast<cl_int>(n));
+         cells_with(cells, cells.weight), static_cast<cl_int>(n), cl_int{rows});
 }
 
 Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measured where) {

@@ -53,10 +53,11 @@ DeviceCells upload_cells(Device& device, const Cells& cells, float mass = 1);
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,
                                    const std::vector<Vec3d>& points);
 
-/// The same of n points, [3][n], into the first n values of `density`. Points of a cell share a
-/// search where they are near to each other in their order, too. Does not wait.
+/// The same of points [3][rows][n], into the first values of `density`, [rows][n]. Points of a cell
+/// share a search where they are near to each other in their order, too, and so do those at one
+/// place of the rows. Does not wait.
 void measure_density(Device& device, const DeviceCells& cells, const Buffer<float>& points,
-                     const Buffer<float>& density);
+                     const Buffer<float>& density, int rows = 1);
 
 /// Where each of the 27 cells around a particle holds as many, and half of their mean number, it is
 /// inside the fluid. There are eight on average.

@@ -44,7 +44,7 @@ struct Spreads {
 void measure_surroundings(Device& device, const DeviceCells& cells, DeviceFits& fits) {
   if (fits.parts.empty()) return;
   const auto& [toward, share, value, none] = fits.around->found.parts;
-  measure_density(device, cells, fits.feet, value);
+  measure_density(device, cells, fits.feet, value, 2);  // at the feet, and behind them
   average_sheet(device, {fits.around->cells->cells, toward, share, value}, kSheet,
                 fits.parts[0].mean);
   fits.knows_surroundings = true;
