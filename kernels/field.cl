@@ -435,16 +435,21 @@ inline void list_near(const Cells cells, Around* around, const Lines* line, cons
   const int* item = own ? near->item : around->item;
   const int found = own ? near->count : around->count;
   const floatv middle = 0.5f * (from + to), extent = SELECT(-nowhere, 0.5f * (to - from), wanted);
+  // A search goes through layers of cells, the deepest first: those at the ends may be out of reach.
+  const float reach = SUPPORT + 0.01f;  // with room for rounding
+  int begin = 0, end = found;
+  while (begin < end && -cells.z[item[begin]] > high + reach) ++begin;
+  while (begin < end && -cells.z[item[end - 1]] < low - reach) --end;
   int count = 0;
-  for (int k = 0; k < found; k += AT_ONCE) {
+  for (int k = begin; k < end; k += AT_ONCE) {
     int p[AT_ONCE], reaches[AT_ONCE];
     Parabola parabola[AT_ONCE];
 #pragma unroll
     for (int m = 0; m < AT_ONCE; ++m) {
-      p[m] = item[min(k + m, found - 1)];
+      p[m] = item[min(k + m, end - 1)];
       parabola[m] = parabola_of(line, cells.x[p[m]], cells.y[p[m]], cells.z[p[m]]);
       const floatv beyond = larger(fabs(middle + parabola[m].at) - extent, (floatv)(0.0f));
-      reaches[m] = ANY(fma(-beyond, beyond, parabola[m].most) > -0.016f) && k + m < found;
+      reaches[m] = ANY(fma(-beyond, beyond, parabola[m].most) > -0.016f) && k + m < end;
     }
 #pragma unroll
     for (int m = 0; m < AT_ONCE; ++m) {

@@ -266,7 +266,11 @@ inline void list_near(const Cells& cells, Around& around, const Lines& line, con
   }
   const Floats middle = 0.5f * (from + to), extent = wanted ? 0.5f * (to - from) : all(-kFar);
   int count = 0;
-  for (int k = 0, all_found = found->count; k < all_found; ++k) {
+  const float depths = kSupport + 0.01f;
+  int begin = 0, end = found->count;
+  while (begin < end && -cells.z[found->item[begin]] > high + depths) ++begin;
+  while (begin < end && -cells.z[found->item[end - 1]] < low - depths) --end;
+  for (int k = begin; k < end; ++k) {
     const int p = found->item[k];
     const Parabola to_it = parabola_of(line, cells.x[p], cells.y[p], cells.z[p]);
     const Floats beyond = larger(magnitude(middle + to_it.at) - extent, Floats{});
