@@ -11,8 +11,9 @@
 // Of several rows where WIDTH is that many or more.
 kernel void measure_density(global const float* point,  // [3][rows][n]
                             global float* density,      // [rows][n]
-                            CELLS_WITH(cell_, cell_weight), const int n, const int rows) {
+                            CELLS_WITH(cell_, cell_weight), const int2 points) {  // n, rows
   const Cells cells = CELLS_OF(cell_);
+  const int n = points.x, rows = points.y;
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n), all = rows * n;
   const floatv none = (floatv)(0.0f);
   const intv lane = TO_INTV(LANES), place = lane / rows, row = lane - rows * place;

@@ -51,7 +51,7 @@ void measure_density(Device& device, const DeviceCells& cells, const Buffer<floa
   if (width < rows) rows = 1;  // one point a work-item
   const std::size_t n = points.size / 3 / static_cast<std::size_t>(rows);
   launch(device, kernels::measure_density, width, range_of_blocks(n, width), points, density,
-         cells_with(cells, cells.weight), static_cast<cl_int>(n), cl_int{rows});
+         cells_with(cells, cells.weight), cl_int2{{static_cast<cl_int>(n), rows}});
 }
 
 Buffer<float> measure_gradients(Device& device, const DeviceCells& cells, Measured where) {
