@@ -57,6 +57,7 @@ std::vector<ProgramName> programs_of(const Parameters& params, const Device::Sta
   programs.add("list_samples.cl", width);
   programs.add("blend.cl", wide);
   programs.add("settle.cl", width);
+  programs.add("settle.cl", wide);
   programs.add("interpolate.cl", width);
   if (!by_minima) programs.add("behind.cl", width);
   programs.add("specks.cl", width);

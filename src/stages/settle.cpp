@@ -36,12 +36,12 @@ void settle_samples(Device& device, const View& view, const SampleLists& lists,
                     const RegionParams& params, double disorder, bool only_gaps) {
   SampleLists left = lists;
   left.sample = allocate<cl_int>(device, lists.sample.size);
-  const int width = device.state().vector_width;
+  const int width = device.state().vector_width, wide = device.state().wide_width();
   const records::Settling how = settling(view, surface.grid, params, disorder,
                                          only_gaps ? kFarSearch : 2 * kSearch, only_gaps);
   launch(device, kernels::settle_samples, width, range_of(lists, width), lists, triangle_depth,
          reference, surface, behind, left.sample, cells, how);
-  launch(device, kernels::follow_field, width, range_of(lists, width), left, reference, surface,
+  launch(device, kernels::follow_field, wide, range_of(lists, wide), left, reference, surface,
          behind, cells, levelled.weight, how);
 }
 
@@ -85,7 +85,7 @@ Extent splash_extent(Device& device, const SplatParticles& splash, const SampleG
 void draw_splash(Device& device, const View& view, const SampleLists& lists,
                  const DeviceCells& levelled, const Extent& extent, const SurfaceBuffers& surface,
                  const RegionParams& params, const Buffer<float>* open) {
-  const int width = device.state().vector_width;
+  const int width = device.state().wide_width();
   const SampleLists nearer = !vectors_are_filled(device) ? lists
                              : open ? keep_samples(device, lists, extent.from, surface.depth, *open)
                                     : keep_samples(device, lists, extent.from, surface.depth);
