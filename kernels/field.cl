@@ -485,7 +485,8 @@ inline floatv agreement_of(const floatv apart, const floatv alike, const float d
 }
 
 // How far a blend of fits with such a trust is compared with the field. A mark of .01 (stages/trust)
-// asks for all of it; less than that for a part, so that no step shows where a mark begins.
+// asks for all of it; less than that for little, so that no step shows where a mark begins.
 inline floatv compared_at(const floatv trust) {
-  return clamp(100.0f * (1.0f - trust), 0.0f, 1.0f);
+  const floatv mark = clamp(100.0f * (1.0f - trust), 0.0f, 1.0f);
+  return mark * mark;
 }

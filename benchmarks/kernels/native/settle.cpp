@@ -217,8 +217,8 @@ void follow(const Follow& in, const Lanes& lanes, const Floats& last, Around& ar
     const float d = in.disorder;
     const Floats agreement = (1.0f - smooth_step(0.5f + 0.5f * d, 1.0f + d, apart)) *
                              smooth_step(0.6f - 0.6f * d, 0.92f - 0.32f * d, alike);
-    const Floats keeps =
-        1.0f - smaller(larger(100.0f * (1.0f - trust.share), none), one) * (1.0f - agreement);
+    const Floats mark = smaller(larger(100.0f * (1.0f - trust.share), none), one);
+    const Floats keeps = 1.0f - mark * mark * (1.0f - agreement);
     share = compared & ~trust.on_edge ? share * keeps : share;
   }
   share = crossed ? share : share > 0.5f ? one : none;

@@ -233,7 +233,10 @@ inline double agreement(double apart, double alike, double disorder) {
 }
 
 /// How far a blend with this trust is compared with the field: wholly from a mark of .01 on.
-inline double compared(double trust) { return std::clamp(100 * (1 - trust), 0.0, 1.0); }
+inline double compared(double trust) {
+  const double mark = std::clamp(100 * (1 - trust), 0.0, 1.0);
+  return mark * mark;
+}
 
 /// A sample of a layer before it is settled.
 struct LayerSample {
