@@ -69,8 +69,8 @@ double variation_of(const std::vector<double>& values) {
 }
 
 // The squared distances of a particle's others, which go to `squared`.
-Around look_around(const Projected& particles, std::int32_t own, std::span<const cl_int> near,
-                   std::vector<double>& squared) {
+Around see_others(const Projected& particles, std::int32_t own, std::span<const cl_int> near,
+                  std::vector<double>& squared) {
   const Vec3d at = particles.eye(static_cast<std::size_t>(own));
   Around around{squared.size(), 0, kRelaxReach * kRelaxReach};
   for (const cl_int other : near) {
@@ -103,7 +103,7 @@ Inside look_inside(const Projected& particles, const std::vector<std::int32_t>& 
   inside.squared.reserve(64 * half);  // mostly enough
   for (std::size_t k = 0; k < asked.size(); ++k)
     if (near[k] >= fewest)
-      inside.sample.push_back(look_around(particles, asked[k], lists[k], inside.squared));
+      inside.sample.push_back(see_others(particles, asked[k], lists[k], inside.squared));
   std::ranges::stable_sort(inside.sample, [](const Around& a, const Around& b) {
     return a.others != b.others ? a.others > b.others : a.nearest < b.nearest;
   });

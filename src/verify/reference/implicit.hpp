@@ -178,7 +178,7 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
         trusted * std::clamp(4 * (c - contour * (1 - 0.7 * edge) + 0.1 * trusted), 0.0, 1.0);
     const double agreement =
         reference::agreement(std::abs(fitted.f - field.f), dot(fitted.g, field.g), fluid.disorder);
-    const double compared = reference::compared(trusted) * (1 - edge);
+    const double compared = reference::compared_at(trusted) * (1 - edge);
     share *= (1 - compared * (1 - agreement)) * (1 - smooth_passage(0.9, 0.97, c));
     result = detail::mixed(field, fitted, share);
   }

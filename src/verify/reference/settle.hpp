@@ -233,7 +233,7 @@ inline double agreement(double apart, double alike, double disorder) {
 }
 
 /// How far a blend with this trust is compared with the field: wholly from a mark of .01 on.
-inline double compared(double trust) {
+inline double compared_at(double trust) {
   const double mark = std::clamp(100 * (1 - trust), 0.0, 1.0);
   return mark * mark;
 }
@@ -334,7 +334,7 @@ inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour
       const double moved = (c.error + 4 * kEpsilon * s.depth) * facing;
       const double turned = c.normal_error + 4 * kEpsilon;
       const auto keeps = [&](double apart, double alike) {
-        return 1 - compared(s.trust) * (1 - agreement(apart, alike, disorder));
+        return 1 - compared_at(s.trust) * (1 - agreement(apart, alike, disorder));
       };
       // Its four factors' roundings, of numbers up to 3.
       low *= std::max(0.0, keeps(apart * facing + moved, alike - turned) - 32 * kEpsilon);
