@@ -7,8 +7,8 @@
 #define TOGETHER 9.0f  // particle radii
 
 // The density at points in rows, of which those at one place of the rows are near each other. One work-item
-// per BLOCK places, of which those go together that follow each other and are near: WIDTH points at most.
-// Of several rows where WIDTH is that many or more.
+// per BLOCK places, of which those go together that follow each other and are near: WIDTH points at most,
+// so there are no more rows than WIDTH.
 kernel void measure_density(global const float* point,  // [3][rows][n]
                             global float* density,      // [rows][n]
                             CELLS_WITH(cell_, cell_weight), const int2 points) {  // n, rows

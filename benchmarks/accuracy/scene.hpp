@@ -47,7 +47,7 @@ const std::vector<Scene>& violent_scenes();
 
 /// Solids with sharp edges that had no say in any constant: cylinder, cone, octahedron,
 /// tetrahedron, ring, stairs, slab (four s thick), drilled (a block with a round hole), lens (two
-/// balls' intersection), pit (a block without a part of a ball) and ball (in a slab).
+/// balls' intersection), pit (a block without a part of a ball) and ballslab (a ball in a slab).
 const std::vector<Scene>& held_out_scenes();
 
 /// Of any kind. Throws InvalidArgument, with the names there are.

@@ -296,7 +296,7 @@ std::vector<Scene> make_held_out_scenes() {
         return std::max(box_distance(p, {12, 12, 6}), 9 - length(p - Vec3d{0, 0, 8}));
       },
       19, above);
-  add("ball", upright,
+  add("ballslab", upright,
       [](const Vec3d& p) {
         return std::min(box_distance(p + Vec3d{0, 0, 8}, {16, 14, 3}),
                         length(p - Vec3d{0, 0, 2}) - 7.5);
@@ -336,15 +336,17 @@ const Scene& find_scene(std::string_view name) {
 std::vector<std::string> scenes_named(const std::vector<std::string>& words) {
   std::vector<std::string> names;
   for (const std::string& word : words) {
-    if (word != "calm" && word != "held-out" && !word.starts_with("violent")) {
+    const auto* const list = word == "calm"                ? &scenes()
+                             : word == "held-out"          ? &held_out_scenes()
+                             : word.starts_with("violent") ? &violent_scenes()
+                                                           : nullptr;
+    if (!list) {
       names.push_back(find_scene(word).name);
       continue;
     }
     const std::size_t before = names.size();
-    for (const Scene& scene : word == "calm"       ? scenes()
-                              : word == "held-out" ? held_out_scenes()
-                                                   : violent_scenes())
-      if (word == "calm" || word == "held-out" || word == "violent" ||
+    for (const Scene& scene : *list)
+      if (scene.use == Use::calm || word == "violent" ||
           word == (scene.use == Use::tuning ? "violent-tuning" : "violent-reporting"))
         names.push_back(scene.name);
     require(names.size() > before, "scene: '" + word +

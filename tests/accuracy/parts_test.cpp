@@ -96,9 +96,9 @@ TEST(AccuracyScene, UnknownNameIsRefusedWithTheNamesThereAre) {
   EXPECT_THROW(
       {
         try {
-          find_scene("bottle");
+          find_scene("ball");
         } catch (const InvalidArgument& error) {
-          EXPECT_THAT(error.what(), testing::HasSubstr("'bottle'"));
+          EXPECT_THAT(error.what(), testing::HasSubstr("'ball'"));
           EXPECT_THAT(error.what(), testing::HasSubstr("sphere, ellipsoid, torus"));
           throw;
         }
