@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
 
+#include "accuracy/figures/statistics.hpp"
 #include "accuracy/parallel.hpp"
 
 namespace meniscus::accuracy {
@@ -25,7 +25,7 @@ bool near_crease(const Scene& scene, const Vec3d& at) {
   const Vec3d side = std::abs(own.x) < 0.7 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0);
   const Vec3d u = normalized(cross(own, side)), v = cross(own, u);
   for (int k = 0; k < 8; ++k) {
-    const double angle = k * 0.78539816339744831;
+    const double angle = k * 45 * kDegree;
     const Vec3d there = at + (u * std::cos(angle) + v * std::sin(angle)) * kCrease;
     if (dot(outward(scene.distance, there), own) < kCreaseCosine) return true;
   }
@@ -36,7 +36,7 @@ bool near_crease(const Scene& scene, const Vec3d& at) {
 double angle_off(const Scene& scene, const Vec3d& normal, const Vec3d& at) {
   const Vec3d foot = at - outward(scene.distance, at) * scene.distance(at);
   const double cosine = dot(normalized(normal), outward(scene.distance, foot));
-  return std::acos(std::clamp(cosine, -1.0, 1.0)) * 57.295779513082323;
+  return std::acos(std::clamp(cosine, -1.0, 1.0)) / kDegree;
 }
 
 struct Weighed {
@@ -50,7 +50,7 @@ double percentile_of(std::vector<Weighed> values, double share) {
   for (const Weighed& v : values) all += v.weight;
   for (const Weighed& v : values)
     if ((sum += v.weight) >= share * all) return v.value;
-  return std::numeric_limits<double>::quiet_NaN();
+  return kNone;
 }
 
 /// Sets that are joined.
@@ -64,11 +64,7 @@ struct Joined {
   void join(std::uint32_t a, std::uint32_t b) { parent[of(a)] = of(b); }
 };
 
-}  // namespace
-
-ClosedFigures check_topology(const Mesh& mesh) {
-  ClosedFigures figures;
-  figures.triangles = static_cast<std::int64_t>(mesh.triangle.size());
+void count_edges(const Mesh& mesh, ClosedFigures& figures) {
   // Half edges from the lower to the higher vertex, and back.
   std::vector<std::array<std::uint32_t, 3>> half;  // low, high, 0 forward or 1 back
   for (const auto& t : mesh.triangle)
@@ -87,8 +83,11 @@ ClosedFigures check_topology(const Mesh& mesh) {
       ++figures.bad_edges;
     k = end;
   }
-  // Around a vertex each triangle goes from one neighbour to another: one ring, or there are more
-  // fans than one.
+}
+
+/// Around a vertex each triangle goes from one neighbour to another: one ring, or there are more
+/// fans than one.
+void count_fans(const Mesh& mesh, ClosedFigures& figures) {
   std::vector<std::array<std::uint32_t, 3>> spoke;  // vertex, from, to
   for (const auto& t : mesh.triangle)
     for (int k = 0; k < 3; ++k) spoke.push_back({t[k], t[(k + 1) % 3], t[(k + 2) % 3]});
@@ -108,22 +107,37 @@ ClosedFigures check_topology(const Mesh& mesh) {
     figures.bad_vertices += at != k || steps != end - k;
     k = end;
   }
+}
+
+void measure_pieces(const Mesh& mesh, ClosedFigures& figures) {
   Joined joined(mesh.position.size());
   for (const auto& t : mesh.triangle) {
     joined.join(t[0], t[1]);
     joined.join(t[0], t[2]);
   }
   std::vector<double> volume(mesh.position.size(), 0.0);
-  for (const auto& t : mesh.triangle)
-    volume[joined.of(t[0])] += dot(Vec3d(mesh.position[t[0]]),
-                                   cross(Vec3d(mesh.position[t[1]]), Vec3d(mesh.position[t[2]])));
   std::vector<char> used(mesh.position.size(), 0);
-  for (const auto& t : mesh.triangle) used[joined.of(t[0])] = 1;
+  for (const auto& t : mesh.triangle) {
+    const std::uint32_t piece = joined.of(t[0]);
+    used[piece] = 1;
+    volume[piece] += dot(Vec3d(mesh.position[t[0]]),
+                         cross(Vec3d(mesh.position[t[1]]), Vec3d(mesh.position[t[2]])));
+  }
   for (std::size_t k = 0; k < used.size(); ++k) {
     figures.pieces += used[k];
     figures.bubbles += used[k] && volume[k] < 0;
     figures.volume += volume[k] / 6;
   }
+}
+
+}  // namespace
+
+ClosedFigures check_topology(const Mesh& mesh) {
+  ClosedFigures figures;
+  figures.triangles = static_cast<std::int64_t>(mesh.triangle.size());
+  count_edges(mesh, figures);
+  count_fans(mesh, figures);
+  measure_pieces(mesh, figures);
   return figures;
 }
 
@@ -177,8 +191,7 @@ ClosedFigures measure_closed(const Scene& scene, double true_volume, const Mesh&
   figures.distance_999 = percentile_of(std::move(distances), 0.999);
   figures.within_median = percentile_of(within, 0.5);
   figures.within_95 = percentile_of(std::move(within), 0.95);
-  figures.crease_rms = crease_weight > 0 ? std::sqrt(creases / crease_weight)
-                                         : std::numeric_limits<double>::quiet_NaN();
+  figures.crease_rms = crease_weight > 0 ? std::sqrt(creases / crease_weight) : kNone;
 
   for (std::size_t t = 0; t < n; ++t)
     for (const std::uint32_t v : mesh.triangle[t])

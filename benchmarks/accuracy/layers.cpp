@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "accuracy/parallel.hpp"
 #include "accuracy/truth.hpp"
@@ -18,7 +19,7 @@ constexpr double kJump = 1;                                   // s
 constexpr double kSameSurface = 0.95;                         // between neighbours' normals
 constexpr double kRight = 0.5;                                // s
 constexpr double kFilm = 0.02;                                // s
-constexpr double kDegrees = 57.295779513082323;
+constexpr double kDegrees = 180 / std::numbers::pi;           // in a radian
 
 /// The solid along a ray of unit direction, from `at` to `end`.
 std::vector<TrueInterval> follow(const Scene& scene, const Vec3d& origin, const Vec3d& ray,

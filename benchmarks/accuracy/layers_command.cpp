@@ -1,32 +1,52 @@
 // Measuring layers along rays.
-#include <cmath>
-#include <cstdio>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "accuracy/commands.hpp"
 #include "accuracy/layers.hpp"
 #include "accuracy/particles.hpp"
 #include "accuracy/series.hpp"
+#include "accuracy/table.hpp"
+#include "base/printed.hpp"
 #include "meniscus/device.hpp"
 
 namespace meniscus::accuracy {
 namespace {
 
-void print(const std::string& scene, const LayerFigures& f) {
-  std::printf("%-12s %8lld %8lld %9.4f %8.3f %8.4f %8.4f %8.2f %8.2f %9.2f %9.2f %9.2f %7.2f\n",
-              scene.c_str(), static_cast<long long>(f.pixels), static_cast<long long>(f.inner),
-              f.thickness_rms, f.thickness_999, f.front_rms, f.back_rms, f.normal_median,
-              f.normal_95, 100 * f.second_right, 100 * f.second_right_inner, 100 * f.number_right,
-              100 * f.films);
-  std::fflush(stdout);
+using F = LayerFigures;
+
+template <auto Member>
+double of(const F& figures) {
+  return static_cast<double>(figures.*Member);
 }
 
+template <auto Share>
+double percent_of(const F& figures) {
+  return 100 * figures.*Share;
+}
+
+const Column<F> kColumns[] = {
+    {"pixels", 8, 0, of<&F::pixels>, Over::total},
+    {"inner", 8, 0, of<&F::inner>, Over::total},
+    {"thickness", 9, 4, of<&F::thickness_rms>},
+    {"99.9 %", 8, 3, of<&F::thickness_999>},
+    {"front", 8, 4, of<&F::front_rms>},
+    {"back", 8, 4, of<&F::back_rms>},
+    {"normal", 8, 2, of<&F::normal_median>},
+    {"95 %", 8, 2, of<&F::normal_95>},
+    {"second %", 9, 2, percent_of<&F::second_right>},
+    {"inner %", 9, 2, percent_of<&F::second_right_inner>},
+    {"number %", 9, 2, percent_of<&F::number_right>},
+    {"films %", 7, 2, percent_of<&F::films>},
+};
+
+std::string label(const std::string& scene) { return printed("%-12s", scene.c_str()); }
+
 void measure_setting(Device& device, const ScenesOptions& scenes, const Setup& setup) {
-  std::printf("%-12s %8s %8s %9s %8s %8s %8s %8s %8s %9s %9s %9s %7s\n", "scene", "pixels", "inner",
-              "thickness", "99.9 %", "front", "back", "normal", "95 %", "second %", "inner %",
-              "number %", "films %");
-  LayerFigures mean;
-  double count = 0;
+  const std::span<const Column<F>> columns = kColumns;
+  print_head(label("scene"), columns);
+  std::vector<F> rows;
   for (const std::string& name : scenes_named(scenes.scenes)) {
     const Scene& scene = find_scene(name);
     if (!scene.splash.empty()) continue;  // whose truth is a field
@@ -39,27 +59,11 @@ void measure_setting(Device& device, const ScenesOptions& scenes, const Setup& s
       const Surface surface =
           extract(device, make_particles(scene, setup.noise, seed, setup.filling), camera_of(lens),
                   parameters);
-      const LayerFigures f = measure_layers(trace_layers_of(scene, lens), surface);
-      print(name, f);
-      ++count;
-      mean.pixels += f.pixels;
-      mean.inner += f.inner;
-      for (double LayerFigures::*const value :
-           {&LayerFigures::thickness_rms, &LayerFigures::thickness_999, &LayerFigures::front_rms,
-            &LayerFigures::back_rms, &LayerFigures::normal_median, &LayerFigures::normal_95,
-            &LayerFigures::second_right, &LayerFigures::second_right_inner,
-            &LayerFigures::number_right, &LayerFigures::films})
-        mean.*value += f.*value;
+      rows.push_back(measure_layers(trace_layers_of(scene, lens), surface));
+      print_row(label(name), columns, rows.back());
     }
   }
-  if (count == 0) return;
-  for (double LayerFigures::*const value :
-       {&LayerFigures::thickness_rms, &LayerFigures::thickness_999, &LayerFigures::front_rms,
-        &LayerFigures::back_rms, &LayerFigures::normal_median, &LayerFigures::normal_95,
-        &LayerFigures::second_right, &LayerFigures::second_right_inner, &LayerFigures::number_right,
-        &LayerFigures::films})
-    mean.*value /= count;
-  print("mean", mean);
+  if (!rows.empty()) print_values(label("mean"), columns, values_over(columns, rows));
 }
 
 }  // namespace

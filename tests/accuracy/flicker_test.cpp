@@ -16,10 +16,6 @@ namespace {
 // A float holds a depth below 16 s to half of 2^-20 s; a change has two of them.
 constexpr double kFloat = 16 * FLT_EPSILON;
 
-Truth whole_wall() {
-  return wall([](int, int) { return true; }, PixelClass::interior);
-}
-
 Map at_depth(double depth) {
   Map map = map_of(whole_wall());
   for (float& d : map.depth) d = static_cast<float>(depth);

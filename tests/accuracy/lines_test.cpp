@@ -74,7 +74,7 @@ TEST(OutlineStraightness, LineInFrontOfALayerIsItsDepthJump) {
 }
 
 TEST(OutlineStraightness, WallWithoutOutlineHasNoFigure) {
-  const Truth truth = wall([](int, int) { return true; }, PixelClass::interior);
+  const Truth truth = whole_wall();
   EXPECT_TRUE(std::isnan(outline_straightness(truth, map_of(truth)).jag));
   EXPECT_TRUE(std::isnan(crease_straightness(truth, map_of(truth)).jag));
 }

@@ -287,8 +287,6 @@ TEST(AccuracyFigures, ShiftedMapHasExactlyTheShift) {
   EXPECT_EQ(behind.outliers, 100);
 }
 
-constexpr double kDegree = std::numbers::pi / 180;
-
 // The perfect map, but with the normals of every so many rows turned.
 Map tilted_map(const Truth& truth, double degrees, std::size_t every) {
   Map map = perfect_map(truth);

@@ -5,7 +5,6 @@
 
 #include <cfloat>
 #include <cmath>
-#include <numbers>
 
 #include "accuracy/synthetic.hpp"
 #include "meniscus/camera.hpp"
@@ -15,15 +14,9 @@
 namespace meniscus::accuracy {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
-
-Vec3 turned(double degrees) {
-  return static_cast<Vec3>(Vec3d{std::sin(degrees * kDegree), -std::cos(degrees * kDegree), 0});
-}
-
 /// The wall of synthetic.hpp; from column 80 on its normals are turned by 40 degrees.
 Map bent_wall() {
-  Map map = map_of(wall([](int, int) { return true; }, PixelClass::interior));
+  Map map = map_of(whole_wall());
   for (int y = 0; y < kHeight; ++y)
     for (int x = 80; x < kWidth; ++x) map.normal[pixel(x, y)] = turned(40);
   return map;

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <set>
 
+#include "accuracy/figures/statistics.hpp"
 #include "accuracy/particles.hpp"
 #include "accuracy/random.hpp"
 #include "accuracy/shapes.hpp"
@@ -17,8 +18,6 @@
 
 namespace meniscus::accuracy {
 namespace {
-
-constexpr double kDegree = std::numbers::pi / 180;
 
 Vec3d random_direction(Random& random) {
   Vec3d v;

@@ -113,7 +113,6 @@ TEST(AccuracyCamera, SeedTurnsItAboutTheTarget) {
     return std::pair{std::atan2(arm.y, arm.x), std::asin(arm.z / length(arm))};
   };
   const auto [heading, height] = angles(scene.eye);
-  constexpr double degree = std::numbers::pi / 180;
   double widest = 0;
   for (const std::uint64_t seed : {2, 3, 1001, 1002, 1003, 1004, 1005, 1006}) {
     const Scene turned = posed(scene, seed);
@@ -121,12 +120,12 @@ TEST(AccuracyCamera, SeedTurnsItAboutTheTarget) {
     EXPECT_EQ(turned.target, scene.target);
     EXPECT_EQ(turned.eye, posed(scene, seed).eye);
     const auto [turned_heading, turned_height] = angles(turned.eye);
-    EXPECT_LE(std::abs(turned_heading - heading), 30 * degree + 1e-12);
-    EXPECT_LE(std::abs(turned_height - height), 5 * degree + 1e-12);
+    EXPECT_LE(std::abs(turned_heading - heading), 30 * kDegree + 1e-12);
+    EXPECT_LE(std::abs(turned_height - height), 5 * kDegree + 1e-12);
     widest = std::max(widest, std::abs(turned_heading - heading));
   }
   // Of eight even draws all lie below a third with a chance of 1.5e-4: these seeds do not.
-  EXPECT_GT(widest, 10 * degree);
+  EXPECT_GT(widest, 10 * kDegree);
 }
 
 TEST(AccuracyCamera, ScaleAndDistanceAreKeptAtTheTarget) {

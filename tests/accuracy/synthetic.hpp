@@ -1,9 +1,11 @@
 // Truths made by hand: a flat wall that faces an orthographic camera.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <limits>
 
+#include "accuracy/figures/statistics.hpp"
 #include "accuracy/map.hpp"
 #include "accuracy/truth.hpp"
 
@@ -45,6 +47,15 @@ inline Truth wall(const std::function<bool(int, int)>& inside, PixelClass pixel_
       truth.class_of[pixel(x, y)] = pixel_class;
     }
   return truth;
+}
+
+inline Truth whole_wall(PixelClass pixel_class = PixelClass::interior) {
+  return wall([](int, int) { return true; }, pixel_class);
+}
+
+/// The wall's normal, turned.
+inline Vec3 turned(double degrees) {
+  return static_cast<Vec3>(Vec3d{std::sin(degrees * kDegree), -std::cos(degrees * kDegree), 0});
 }
 
 inline Map map_of(const Truth& truth) {

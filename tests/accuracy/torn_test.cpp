@@ -3,7 +3,6 @@
 
 #include <cfloat>
 #include <cmath>
-#include <numbers>
 
 #include "accuracy/figures.hpp"
 #include "accuracy/synthetic.hpp"
@@ -11,17 +10,8 @@
 namespace meniscus::accuracy {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kRounding = FLT_EPSILON / kDegree;  // degrees, of two unit vectors of floats
 constexpr double kPixels = kWidth * kHeight;
-
-Truth whole_wall(PixelClass pixel_class = PixelClass::interior) {
-  return wall([](int, int) { return true; }, pixel_class);
-}
-
-Vec3 tilted(double degrees) {
-  return static_cast<Vec3>(Vec3d{std::sin(degrees * kDegree), -std::cos(degrees * kDegree), 0});
-}
 
 TEST(Torn, CountsGapsAndTheirNeighbours) {
   const Truth truth = whole_wall();
@@ -61,7 +51,7 @@ TEST(Rough, IsTheMeanTurnBeyondTheTruths) {
   Map map = map_of(truth);
   EXPECT_EQ(compare(truth, map).rough, 0);
   for (int y = 0; y < kHeight; ++y)
-    for (int x = 1; x < kWidth; x += 2) map.normal[pixel(x, y)] = tilted(2);
+    for (int x = 1; x < kWidth; x += 2) map.normal[pixel(x, y)] = turned(2);
   const double across = (kWidth - 1.) * kHeight, down = kWidth * (kHeight - 1.);
   const Figures f = compare(truth, map);
   EXPECT_NEAR(f.rough, 2 * across / (across + down), kRounding);
@@ -71,7 +61,7 @@ TEST(Rough, IsTheMeanTurnBeyondTheTruths) {
 TEST(RimAngle, IsTheMedianNearOutlines) {
   const Truth rim = whole_wall(PixelClass::silhouette), inside = whole_wall();
   Map map = map_of(rim);
-  for (Vec3& normal : map.normal) normal = tilted(3);
+  for (Vec3& normal : map.normal) normal = turned(3);
   EXPECT_NEAR(compare(rim, map).rim_angle, 3, kRounding);
   EXPECT_TRUE(std::isnan(compare(inside, map).rim_angle));
 }
@@ -80,10 +70,10 @@ TEST(Averted, CountsCoveredPixelsThatDoNotFaceTheEye) {
   const Truth truth = whole_wall();
   Map map = map_of(truth);
   EXPECT_EQ(compare(truth, map).averted, 0);
-  map.normal[7] = tilted(100);
+  map.normal[7] = turned(100);
   map.normal[8] = {1, 0, 0};
   map.normal[9] = {};
-  map.normal[10] = tilted(180);
+  map.normal[10] = turned(180);
   map.depth[10] = static_cast<float>(kNothing);
   EXPECT_EQ(compare(truth, map).averted, 3) << "what is not covered does not count";
   map.normal.clear();

@@ -13,6 +13,7 @@ namespace meniscus::accuracy {
 
 /// A figure that has nothing to measure.
 inline constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+inline constexpr double kDegree = std::numbers::pi / 180;  // radians
 inline constexpr double kClamp = 2;     // s; larger errors count as this
 inline constexpr double kJump = 1;      // s; neighbours whose depths differ by more are two layers
 inline constexpr int kSpeckPixels = 8;  // a piece of at most this many pixels is a speck
