@@ -230,7 +230,7 @@ def read_stl(path):
     return mesh
 
 
-def check_same(path, first, points, values, faces):
+def check_same(first, points, values, faces):
     """Against the mesh of the first file: the same vertices, faces, velocities and attributes."""
     if first is None:
         return
@@ -283,7 +283,7 @@ def check_mesh(path, eye, first=None):
         return first
     points, normals, faces, values = read_mesh(path)
     if not path.lower().endswith(".obj"):
-        check_same(path, first, points, values, faces)
+        check_same(first, points, values, faces)
     check("vertices and faces", True, f"{len(points)} and {len(faces)}")
     check("a normal at every vertex", normals.shape == points.shape)
     if len(faces) == 0 or normals.shape != points.shape:

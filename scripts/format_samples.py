@@ -333,7 +333,7 @@ def write_ffp3(folder, data):
 
 
 def write_lammps(folder, data):
-    def dump(path, columns, position, steps=(0,), bounds="0 0 0"):
+    def dump(path, columns, position, steps=(0,)):
         with open(path, "w") as file:
             for step in steps:
                 file.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(data['id'])}\n")

@@ -87,7 +87,7 @@ def test_every_layout_gives_the_same_surface(points, camera, layout):
     assert same(extract(LAYOUTS[layout](points), camera), extract(points, camera))
 
 
-def test_integers_and_half_floats_are_converted(camera):
+def test_integers_and_half_floats_are_converted():
     whole = np.round(ball_points() / .05)
     far = meniscus.Camera.look_at((0, 0, 40), (0, 0, 0), size=(64, 48))
     expected = extract(whole, far, particle_radius=.5)
@@ -338,7 +338,7 @@ def test_progress_names_the_stages_and_can_end_it(points, camera):
     assert same(extract(points, camera), timed)  # the device can be used on
 
 
-def test_ctrl_c_ends_it(points, camera):
+def test_ctrl_c_ends_it():
     program = """
 import os, signal, sys, numpy as np, meniscus
 from conftest import ball_points
