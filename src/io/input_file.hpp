@@ -44,4 +44,6 @@ std::string shown(double value);
 
 std::string lower_case(std::string_view text);
 
+inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
 }  // namespace meniscus

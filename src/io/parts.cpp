@@ -3,8 +3,11 @@
 #include <glob.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <new>
+#include <system_error>
 #include <utility>
 
 #include "io/input_file.hpp"
@@ -12,8 +15,6 @@
 
 namespace meniscus {
 namespace {
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 class JoinedSource : public ParticleSource {
  public:
@@ -225,10 +226,19 @@ std::vector<std::string> part_files(const std::string& path) {
     if (std::strchr("?[]\\", c)) pattern += '\\';
     pattern += c;
   }
+  // Of a folder that cannot be listed, particles would be missing.
+  thread_local std::string unlisted;
+  unlisted.clear();
   glob_t found{};
-  glob(pattern.c_str(), GLOB_NOSORT, nullptr, &found);
+  const auto tell = [](const char* folder, int why) {
+    if (why == ENOENT) return 0;
+    unlisted = std::string(folder) + ": cannot be listed: " + std::generic_category().message(why);
+    return 1;
+  };
+  if (glob(pattern.c_str(), GLOB_NOSORT, tell, &found) == GLOB_NOSPACE) throw std::bad_alloc();
   std::vector<std::string> files(found.gl_pathv, found.gl_pathv + found.gl_pathc);
   globfree(&found);
+  if (!unlisted.empty()) throw InputError(unlisted);
   std::erase_if(files, [&](const std::string& name) {
     return !std::filesystem::is_regular_file(name, error);
   });

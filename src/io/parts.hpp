@@ -16,7 +16,7 @@ bool naturally_before(const std::string& a, const std::string& b);
 
 /// The files that an input stands for: itself, or where it has a * and there is no file of just
 /// that name all that match, in natural order; a * stands for any characters of a file's or
-/// folder's name. Throws InputError when none matches.
+/// folder's name. Throws InputError when none matches, or where a folder cannot be listed.
 std::vector<std::string> part_files(const std::string& path);
 
 /// Opens a frame (see open_particles), of which each process of the team reads a share. Where there

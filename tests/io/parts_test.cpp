@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <mutex>
-#include <set>
 
 #include "base/thread_team.hpp"
 #include "io/io_test_support.hpp"
@@ -168,6 +167,9 @@ TEST_F(Parts, EndForAllRanksWhenOneIsMissingOrBroken) {
               AllOf(HasSubstr("b2.csv: line 2"), HasSubstr(" (rank 1 on ")));
   EXPECT_EQ(error_of(in_folder(file, "c*.csv"), 3),
             in_folder(file, "c*.csv") + ": no file matches");
+  std::filesystem::create_directory_symlink("loop", in_folder(file, "loop"));
+  EXPECT_EQ(error_of(in_folder(file, "loop/*.csv")),
+            in_folder(file, "loop: cannot be listed: Too many levels of symbolic links"));
   EXPECT_THAT(error_of(in_folder(file, "gone.csv"), 2), HasSubstr("gone.csv: cannot be opened"));
 }
 

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <set>
+#include <system_error>
 #include <tuple>
 #include <utility>
 
@@ -20,8 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFrameDigits = 18;  // of kLastFrame
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 // A place at the start of `text`: how many characters it takes, 0: there is none.
 std::size_t place_at(const std::string& text, std::size_t at, int& width) {
@@ -74,6 +73,18 @@ std::string padded(std::int64_t frame, int width) {
   const std::string digits = std::to_string(frame);
   const std::size_t wanted = static_cast<std::size_t>(std::max(0, width));
   return std::string(wanted > digits.size() ? wanted - digits.size() : 0, '0') + digits;
+}
+
+// Calls visit(entry) for each entry of a folder; for none where there is no such folder. One that
+// cannot be listed to its end would lose frames.
+template <class Visit>
+void for_each_entry(const fs::path& folder, const Visit& visit) {
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error))
+    visit(*entry);
+  if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory)
+    throw InputError(folder.string() + ": cannot be listed: " + error.message());
 }
 
 }  // namespace
@@ -137,27 +148,25 @@ std::string sequence_in_folder(const std::string& path) {
   if (!fs::is_directory(path, ignored)) return path;
   std::map<std::string, std::vector<std::string>> sequences;  // names, by the pattern they follow
   std::set<std::string> plain;                                // names without a number
-  for (fs::directory_iterator entry(path, ignored), end; entry != end; entry.increment(ignored)) {
-    if (ignored) break;
-    const std::string name = entry->path().filename().string();
-    if (!entry->is_regular_file(ignored) || name.starts_with(".") || !is_particle_file(name))
-      continue;
+  for_each_entry(path, [&](const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename().string();
+    if (!entry.is_regular_file(ignored) || name.starts_with(".") || !is_particle_file(name)) return;
     // FLIP Fluids keeps velocities and others beside the positions.
     if (const auto number = number_in(name, 0);
         number && lower_case(particle_ending(name)) == ".ffp3" &&
         lower_case(name.substr(0, number->first)) != "fluidparticles")
-      continue;
+      return;
     const std::string pattern = pattern_of(name, 0);
     const auto known = sequences.find(pattern);
     if (known != sequences.end())
       known->second.push_back(name);
-    else if (is_output(entry->path()))
-      continue;
+    else if (is_output(entry.path()))
+      return;
     else if (pattern.empty())
       plain.insert(name);
     else
       sequences[pattern].push_back(name);
-  }
+  });
   const auto in_folder = [&](const std::string& name) { return (fs::path(path) / name).string(); };
   if (sequences.empty() && plain.empty())
     throw InputError(path + ": is a folder without files of particles, wanted one sequence");
@@ -237,6 +246,59 @@ int FramePattern::last_width() const {
   return width;
 }
 
+// How an entry's name fits the pieces: piece by piece, character by character.
+struct FramePattern::NameFit {
+  const std::vector<Piece>& pieces;
+  const std::string& name;
+
+  // From a * there are many ways; those that lead nowhere are not gone again.
+  using Way = std::tuple<std::size_t, std::size_t, std::size_t, std::int64_t, std::string>;
+  std::set<Way> dead;
+
+  // What the places hold where the name from character `at` on fits the pieces from character
+  // `within` of a literal on.
+  std::optional<Match> from(std::size_t piece, std::size_t within, std::size_t at,
+                            const Match& match) {
+    const std::string& text = pieces[piece].literal;
+    if (within < text.size()) {
+      if (text[within] == '*') return from_star(piece, within, at, match);
+      if (at == name.size() || name[at] != text[within]) return {};
+      return from(piece, within + 1, at + 1, match);
+    }
+    if (pieces[piece].place) return from_place(piece, at, match);
+    return at == name.size() ? std::optional(match) : std::nullopt;
+  }
+
+  std::optional<Match> from_star(std::size_t piece, std::size_t within, std::size_t at,
+                                 const Match& match) {
+    Way way{piece, within, at, match.frame, match.digits};
+    if (dead.contains(way)) return {};
+    for (std::size_t end = at; end <= name.size(); ++end)
+      if (auto whole = from(piece, within + 1, end, match)) return whole;
+    dead.insert(std::move(way));
+    return {};
+  }
+
+  std::optional<Match> from_place(std::size_t piece, std::size_t at, const Match& match) {
+    std::size_t end = at;
+    while (end < name.size() && is_digit(name[end]) && end - at < kFrameDigits) ++end;
+    for (; end > at; --end) {  // digits may be followed by literal digits
+      const std::string digits = name.substr(at, end - at);
+      Match now = match;
+      std::from_chars(digits.data(), digits.data() + digits.size(), now.frame);
+      if (match.frame >= 0 && match.frame != now.frame) continue;
+      if (pieces[piece].width < 0) {
+        if (!match.digits.empty() && match.digits != digits) continue;
+        now.digits = digits;
+      } else if (digits != padded(now.frame, pieces[piece].width)) {
+        continue;
+      }
+      if (auto whole = from(piece + 1, 0, end, now)) return whole;
+    }
+    return {};
+  }
+};
+
 void FramePattern::walk(const std::vector<std::vector<Piece>>& folders, std::size_t depth,
                         const std::string& folder, const Match& before,
                         std::map<std::int64_t, Found>& found) const {
@@ -264,58 +326,13 @@ void FramePattern::walk(const std::vector<std::vector<Piece>>& folders, std::siz
     }
     return;
   }
-  // All ways in which the entry's name fits: piece by piece, character by character. From a * there
-  // are many; those that lead nowhere are not gone again.
-  using Way = std::tuple<std::size_t, std::size_t, std::size_t, std::int64_t, std::string>;
-  std::set<Way> dead;
-  const auto fit = [&](const std::string& name, const auto& self, std::size_t piece,
-                       std::size_t within, std::size_t at, const Match& match) -> bool {
-    const std::string& text = pieces[piece].literal;
-    if (within < text.size()) {
-      if (text[within] != '*')
-        return at < name.size() && name[at] == text[within] &&
-               self(name, self, piece, within + 1, at + 1, match);
-      Way way{piece, within, at, match.frame, match.digits};
-      if (dead.contains(way)) return false;
-      for (std::size_t end = at; end <= name.size(); ++end)
-        if (self(name, self, piece, within + 1, end, match)) return true;
-      dead.insert(std::move(way));
-      return false;
+  for_each_entry(folder.empty() ? "." : folder, [&](const fs::directory_entry& entry) {
+    const std::string name = entry.path().filename().string();
+    if (auto match = NameFit{pieces, name, {}}.from(0, 0, 0, before)) {
+      match->path += spell(pieces, match->frame, match->digits) + (last ? "" : "/");
+      matched(name, *match);
     }
-    if (!pieces[piece].place) {
-      if (at != name.size()) return false;
-      Match whole = match;
-      whole.path += spell(pieces, match.frame, match.digits) + (last ? "" : "/");
-      matched(name, whole);
-      return true;
-    }
-    std::size_t end = at;
-    while (end < name.size() && is_digit(name[end]) && end - at < kFrameDigits) ++end;
-    for (; end > at; --end) {  // digits may be followed by literal digits
-      const std::string digits = name.substr(at, end - at);
-      std::int64_t frame = 0;
-      std::from_chars(digits.data(), digits.data() + digits.size(), frame);
-      Match now = match;
-      if (match.frame >= 0 && match.frame != frame) continue;
-      now.frame = frame;
-      if (pieces[piece].width < 0) {
-        if (!match.digits.empty() && match.digits != digits) continue;
-        now.digits = digits;
-      } else if (digits != padded(frame, pieces[piece].width)) {
-        continue;
-      }
-      if (self(name, self, piece + 1, 0, end, now)) return true;
-    }
-    return false;
-  };
-  std::error_code ignored;
-  for (fs::directory_iterator entry(folder.empty() ? "." : folder, ignored), end; entry != end;
-       entry.increment(ignored)) {
-    const std::string name = entry->path().filename().string();
-    dead.clear();
-    fit(name, fit, 0, 0, 0, before);
-    if (ignored) break;
-  }
+  });
 }
 
 std::map<std::int64_t, FramePattern::Found> FramePattern::existing() const {

@@ -13,7 +13,7 @@ namespace meniscus {
 /// number in the names, or the last that makes one sequence of them, or the only file. Files whose
 /// ending no reader knows are left out, meshes that this program wrote, and .ffp3 files that hold
 /// no positions. Any other path is returned as it is. Throws InputError where there is none, or
-/// several.
+/// several, or the folder cannot be listed.
 std::string sequence_in_folder(const std::string& path);
 
 /// A name such as dam.####.ply, dam.%04d.ply, dam.$F4.ply or dam.{}.ply. A place has a width, to
@@ -43,8 +43,8 @@ class FramePattern {
   };
 
   /// The files there are, by frame. A * in the pattern stands for any characters of a file's or
-  /// folder's name and stays in the path. Folders that cannot be read hold no files.
-  /// Throws InputError when {} finds two files of one frame (7 and 007).
+  /// folder's name and stays in the path. Throws InputError when {} finds two files of one frame
+  /// (7 and 007), or where a folder cannot be listed.
   std::map<std::int64_t, Found> existing() const;
 
   /// In words that nothing was found, and what is there instead.
@@ -57,6 +57,7 @@ class FramePattern {
     bool place = false;   // whether a place follows
   };
   struct Match;
+  struct NameFit;
   int last_width() const;  // of the last place
   static std::string spell(const std::vector<Piece>& pieces, std::int64_t frame,
                            const std::string& digits);

@@ -9,6 +9,7 @@
 #include "cost.hpp"
 #include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -116,6 +117,13 @@ TEST_F(Pattern, BracesTakeAnyPaddingAndKeepIt) {
     EXPECT_THAT(error.what(), HasSubstr("d.007.ply"));
     EXPECT_THAT(error.what(), HasSubstr("d.7.ply"));
   }
+}
+
+TEST_F(Pattern, AFolderThatCannotBeListedIsNotTakenForAnEmptyOne) {
+  fs::create_directory_symlink("loop", "loop");
+  EXPECT_EQ(text_of_thrown<InputError>([] { existing("loop/d.#.ply"); }),
+            "loop/: cannot be listed: Too many levels of symbolic links");
+  EXPECT_THAT(existing("gone/d.#.ply"), IsEmpty());
 }
 
 TEST_F(Pattern, DigitsBesideThePlace) {
