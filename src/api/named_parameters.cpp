@@ -2,32 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "api/parameter_list.hpp"
+#include "base/edit_distance.hpp"
 #include "base/printed.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {
-namespace {
-
-// How many letters must be put in, taken away or changed to make one word of the other.
-std::size_t distance(const std::string& from, const std::string& to) {
-  std::vector<std::size_t> row(to.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= from.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= to.size(); ++j) {
-      const std::size_t changed = diagonal + (from[i - 1] == to[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, changed});
-    }
-  }
-  return row.back();
-}
-
-}  // namespace
 
 std::vector<NamedParameter> named_parameters() {
   Parameters defaults;
@@ -44,12 +25,13 @@ void set_parameter(Parameters& parameters, const std::string& name, double value
   const auto entry = std::find_if(entries.begin(), entries.end(),
                                   [&](const ParameterEntry& one) { return one.name == name; });
   if (entry == entries.end()) {
-    const auto nearest = std::min_element(entries.begin(), entries.end(),
-                                          [&](const ParameterEntry& a, const ParameterEntry& b) {
-                                            return distance(a.name, name) < distance(b.name, name);
-                                          });
+    const auto nearest = std::min_element(
+        entries.begin(), entries.end(), [&](const ParameterEntry& a, const ParameterEntry& b) {
+          return edit_distance(a.name, name) < edit_distance(b.name, name);
+        });
     // A name that shares hardly a letter would mislead.
-    const bool is_near = 3 * distance(nearest->name, name) <= std::max<std::size_t>(3, name.size());
+    const bool is_near =
+        3 * edit_distance(nearest->name, name) <= std::max<std::size_t>(3, name.size());
     throw InvalidArgument(Notice{.code = Code::unknown_parameter,
                                  .text = "there is no parameter " + name + "; " +
                                          (is_near ? "the nearest name is " + nearest->name
