@@ -1,5 +1,3 @@
-#include <zlib.h>
-
 #include <algorithm>
 #include <string>
 #include <vector>
@@ -8,6 +6,7 @@
 #include "io/attribute_names.hpp"
 #include "io/bgeo_json.hpp"
 #include "io/fields.hpp"
+#include "io/inflate_stream.hpp"
 #include "io/readers.hpp"
 #include "io/scalar.hpp"
 
@@ -18,15 +17,7 @@ bool is_gzip(const std::string& bytes) { return bytes.starts_with("\x1f\x8b"); }
 
 /// Unpacks gzip data, also of several members in a row.
 InputFile unpacked(const InputFile& file) {
-  struct Stream : z_stream {
-    Stream() : z_stream{} { ready = inflateInit2(this, 15 + 16) == Z_OK; }  // 16: gzip headers
-    ~Stream() {
-      if (ready) inflateEnd(this);
-    }
-    bool ready;
-  } stream;
-  if (!stream.ready) fail(file, "", "cannot be unpacked: no memory for zlib");
-
+  InflateStream stream(Wrapping::gzip, file, "");
   constexpr std::size_t kLargestStep = 1 << 30;  // zlib counts in 32 bits
   InputFile result{file.name, std::string(std::max<std::size_t>(4 * file.size(), 1024), '\0')};
   std::size_t taken = 0, made = 0;
@@ -148,6 +139,18 @@ std::vector<PointArray> read_attributes(const InputFile& file, BgeoCursor& curso
   return kept;
 }
 
+void read_ids(const InputFile& file, const char* from, std::size_t step, Scalar type,
+              std::vector<std::int64_t>& ids) {
+  for (std::size_t i = 0; i < ids.size(); ++i, from += step) {
+    const auto id = load_integer(from, type, std::endian::big);
+    if (!id)
+      fail(file, "point " + std::to_string(i),
+           "id is " + shown(load_real<double>(from, type, std::endian::big)) +
+               ", must be a whole number");
+    ids[i] = *id;
+  }
+}
+
 Particles read_points(const InputFile& file, bool packed, const ReadOptions& options) {
   BgeoCursor cursor(file, packed);
   const std::string magic = file.bytes.substr(0, 5);
@@ -187,28 +190,23 @@ Particles read_points(const InputFile& file, bool packed, const ReadOptions& opt
     else
       columns.push_back(attribute);
   }
+  const char* const first = file.bytes.data() + cursor.offset();
+  const auto read = [&](std::size_t offset, Scalar type, std::vector<float>& values) {
+    const char* from = first + offset;
+    for (std::size_t i = 0; i < points; ++i, from += point_size)
+      values[i] = load_real<float>(from, type, std::endian::big);
+  };
   for (const PointArray& column : columns) {
     resize(particles, {column.field}, points);
-    const char* from = file.bytes.data() + cursor.offset() + column.offset;
-    for (std::size_t i = 0; i < points; ++i, from += point_size) {
-      if (column.field != Field::id) {
-        array_of(particles, column.field)[i] =
-            load_real<float>(from, column.type, std::endian::big);
-      } else if (const auto id = load_integer(from, column.type, std::endian::big)) {
-        particles.id[i] = *id;
-      } else {
-        fail(file, "point " + std::to_string(i),
-             "id is " + shown(load_real<double>(from, column.type, std::endian::big)) +
-                 ", must be a whole number");
-      }
-    }
+    if (column.field == Field::id)
+      read_ids(file, first + column.offset, point_size, column.type, particles.id);
+    else
+      read(column.offset, column.type, array_of(particles, column.field));
   }
   for (const AttributePick& pick : pick_attributes(file.name, named, options.attributes)) {
     Attribute attribute{pick.name, std::vector<float>(points)};
     const PointArray& array = all[pick.array];
-    const char* from = file.bytes.data() + cursor.offset() + array.offset + 4 * pick.component;
-    for (std::size_t i = 0; i < points; ++i, from += point_size)
-      attribute.values[i] = load_real<float>(from, array.type, std::endian::big);
+    read(array.offset + 4 * pick.component, array.type, attribute.values);
     particles.attributes.push_back(std::move(attribute));
   }
   return particles;

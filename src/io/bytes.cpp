@@ -3,13 +3,14 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <system_error>
 #include <utility>
+
+#include "io/inflate_stream.hpp"
 
 namespace meniscus {
 namespace {
@@ -100,14 +101,7 @@ void fail(const Bytes& bytes, const std::string& place, const std::string& messa
 
 void inflate_to(const std::string& packed, bool raw, char* to, std::size_t unpacked,
                 const Bytes& of, const std::string& place) {
-  struct Stream : z_stream {
-    explicit Stream(int bits) : z_stream{} { ready = inflateInit2(this, bits) == Z_OK; }
-    ~Stream() {
-      if (ready) inflateEnd(this);
-    }
-    bool ready;
-  } stream(raw ? -15 : 15);
-  if (!stream.ready) fail(of, place, "cannot be unpacked: no memory for zlib");
+  InflateStream stream(raw ? Wrapping::none : Wrapping::zlib, of, place);
   constexpr std::size_t kStep = std::size_t{1} << 30;  // zlib counts in 32 bits
   std::size_t taken = 0, made = 0;
   char beyond = 0;  // room for one byte too many
@@ -141,8 +135,7 @@ void inflate_to(const std::string& packed, bool raw, char* to, std::size_t unpac
 
 std::string inflated_start(const std::string& packed, std::size_t most, const Bytes& of,
                            const std::string& place) {
-  z_stream stream{};
-  if (inflateInit2(&stream, -15) != Z_OK) fail(of, place, "cannot be unpacked: no memory for zlib");
+  InflateStream stream(Wrapping::none, of, place);
   std::string start(most, '\0');
   stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(packed.data()));
   stream.avail_in = static_cast<uInt>(packed.size());
@@ -150,7 +143,6 @@ std::string inflated_start(const std::string& packed, std::size_t most, const By
   stream.avail_out = static_cast<uInt>(most);
   const int status = inflate(&stream, Z_NO_FLUSH);
   start.resize(most - stream.avail_out);
-  inflateEnd(&stream);
   if (status != Z_OK && status != Z_STREAM_END && status != Z_BUF_ERROR)
     fail(of, place, "its packed data is damaged");
   return start;
