@@ -43,21 +43,23 @@ ChildProcess::ChildProcess(const std::vector<std::string>& arguments, bool keep_
   const auto fail = [](const char* what) {
     return Error(std::string(what) + " for a child process: " + std::strerror(errno));
   };
-  if (keep_errors && !(errors_ = std::tmpfile())) throw fail("no temporary file");
+  if (keep_errors) errors_.reset(std::tmpfile());
+  if (keep_errors && !errors_) throw fail("no temporary file");
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) throw fail("no pipe");
   const pid_t parent = getpid();
   child_ = fork();
   if (child_ < 0) {
+    const Error error = fail("no memory or no number");
     ::close(ends[0]);
     ::close(ends[1]);
-    throw fail("no memory or no number");
+    throw error;
   }
   if (child_ == 0) {
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(127);
     dup2(ends[1], STDOUT_FILENO);
-    if (errors_) dup2(fileno(errors_), STDERR_FILENO);
+    if (errors_) dup2(fileno(errors_.get()), STDERR_FILENO);
     if (launched)
       execvp(argv.front(), argv.data());
     else
@@ -74,7 +76,6 @@ ChildProcess::~ChildProcess() {
   kill();
   wait();
   ::close(output_);
-  if (errors_) std::fclose(errors_);
 }
 
 ChildProcess::Read ChildProcess::read_line(std::string& line, double seconds) {
@@ -129,10 +130,10 @@ std::string ChildProcess::wait() {
 std::string ChildProcess::last_words() const {
   if (!errors_) return "";
   std::string text(2048, '\0');
-  std::fseek(errors_, 0, SEEK_END);
-  const long end = std::ftell(errors_);
-  std::fseek(errors_, std::max(0L, end - static_cast<long>(text.size())), SEEK_SET);
-  text.resize(std::fread(text.data(), 1, text.size(), errors_));
+  std::fseek(errors_.get(), 0, SEEK_END);
+  const long end = std::ftell(errors_.get());
+  std::fseek(errors_.get(), std::max(0L, end - static_cast<long>(text.size())), SEEK_SET);
+  text.resize(std::fread(text.data(), 1, text.size(), errors_.get()));
   while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
   return text.substr(text.rfind('\n') + 1);
 }

@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <cstdio>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -40,7 +41,7 @@ class ChildProcess {
  private:
   pid_t child_ = -1;
   int output_ = -1;
-  std::FILE* errors_ = nullptr;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> errors_{nullptr, &std::fclose};
   std::string buffer_;  // read, but not yet asked for
 };
 
