@@ -1,7 +1,8 @@
 #include "io/array_bag.hpp"
 
 #include <algorithm>
-#include <array>
+#include <optional>
+#include <utility>
 
 namespace meniscus {
 namespace {
@@ -65,88 +66,106 @@ void check_unpacked(const Bytes& file, std::uint64_t unpacked, const std::string
              std::to_string(kMostUnpacked) + " times the file's size, wanted particles");
 }
 
-Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std::string& dataset,
-                     const ReadOptions& options) {
-  const auto width_fits = [](const BagArray& array) {
-    return array.data.components == 2 || array.data.components == 3;
+namespace {
+
+// The rows of x, y and z where each is an array of its own.
+std::optional<std::uint64_t> rows_of_separate(const Bytes& file,
+                                              const std::vector<BagArray>& arrays) {
+  std::vector<std::string> names;
+  for (const BagArray& array : arrays)
+    names.push_back(array.data.components == 1 ? array.data.name : "");
+  const std::vector<Field> fields = fields_of_columns(names);
+  if (!missing_coordinate(fields).empty()) return {};
+  const auto rows_of = [&](Field field) {
+    const auto found = std::find(fields.begin(), fields.end(), field);
+    return arrays[static_cast<std::size_t>(found - fields.begin())].rows;
   };
-  std::size_t positions = arrays.size();
-  for (std::size_t k = 0; k < arrays.size() && positions == arrays.size(); ++k)
-    if (!dataset.empty() && arrays[k].data.name == dataset) positions = k;
-  if (positions < arrays.size() && arrays[positions].data.components < 2)
-    fail(file, "", "array " + shown(dataset) + " has one component, wanted three: positions");
-  if (!dataset.empty() && positions == arrays.size())
-    fail(file, "", "has no array " + in_quotes(dataset) + ", it has " + list_of(arrays));
-  for (std::size_t k = 0; k < arrays.size() && positions == arrays.size(); ++k)
-    if (width_fits(arrays[k]) && is_position(arrays[k].data.name)) positions = k;
-  std::uint64_t rows = 0;
-  if (positions < arrays.size()) {
-    rows = arrays[positions].rows;
-  } else {
-    std::vector<std::string> names;
-    for (const BagArray& array : arrays)
-      names.push_back(array.data.components == 1 ? array.data.name : "");
-    const std::vector<Field> fields = fields_of_columns(names);
-    if (missing_coordinate(fields).empty()) {
-      const auto rows_of = [&](Field field) {
-        return arrays[static_cast<std::size_t>(std::find(fields.begin(), fields.end(), field) -
-                                               fields.begin())]
-            .rows;
-      };
-      rows = rows_of(Field::x);
-      if (rows_of(Field::y) != rows || rows_of(Field::z) != rows)
-        fail(file, "",
-             "x, y and z have " + std::to_string(rows) + ", " + std::to_string(rows_of(Field::y)) +
-                 " and " + std::to_string(rows_of(Field::z)) + " values, wanted as many of each");
-      positions = kSeparate;
-    } else {
-      std::vector<std::size_t> wide;
-      for (std::size_t k = 0; k < arrays.size(); ++k)
-        if (arrays[k].data.components >= 3) wide.push_back(k);
-      if (wide.size() != 1)
-        fail(file, "",
-             "no array is named as positions (give " + setting("dataset") + "), it has " +
-                 list_of(arrays));
-      positions = wide[0];
-      rows = arrays[positions].rows;
-    }
+  const std::uint64_t x = rows_of(Field::x), y = rows_of(Field::y), z = rows_of(Field::z);
+  if (y != x || z != x)
+    fail(file, "",
+         "x, y and z have " + std::to_string(x) + ", " + std::to_string(y) + " and " +
+             std::to_string(z) + " values, wanted as many of each");
+  return x;
+}
+
+struct Positions {
+  std::size_t array;   // kSeparate: x, y and z are three arrays
+  std::uint64_t rows;  // particles
+};
+
+// `dataset`, the first array that is named as positions, x, y and z, or the only wide one.
+Positions find_positions(const Bytes& file, const std::vector<BagArray>& arrays,
+                         const std::string& dataset) {
+  const auto first = [&](const auto& fits) {
+    return static_cast<std::size_t>(std::find_if(arrays.begin(), arrays.end(), fits) -
+                                    arrays.begin());
+  };
+  if (!dataset.empty()) {
+    const std::size_t k = first([&](const BagArray& a) { return a.data.name == dataset; });
+    if (k == arrays.size())
+      fail(file, "", "has no array " + in_quotes(dataset) + ", it has " + list_of(arrays));
+    if (arrays[k].data.components < 2)
+      fail(file, "", "array " + shown(dataset) + " has one component, wanted three: positions");
+    return {k, arrays[k].rows};
   }
-  std::vector<DataArray> kept;
-  std::size_t at = kSeparate;
-  for (std::size_t k = 0; k < arrays.size(); ++k) {
-    if (arrays[k].rows != rows) continue;
-    if (k == positions) at = kept.size();
-    kept.push_back(std::move(arrays[k].data));
-  }
+  const std::size_t named = first([](const BagArray& a) {
+    return (a.data.components == 2 || a.data.components == 3) && is_position(a.data.name);
+  });
+  if (named < arrays.size()) return {named, arrays[named].rows};
+  if (const auto rows = rows_of_separate(file, arrays)) return {kSeparate, *rows};
+  const auto is_wide = [](const BagArray& a) { return a.data.components >= 3; };
+  if (std::count_if(arrays.begin(), arrays.end(), is_wide) != 1)
+    fail(file, "",
+         "no array is named as positions (give " + setting("dataset") + "), it has " +
+             list_of(arrays));
+  const std::size_t wide = first(is_wide);
+  return {wide, arrays[wide].rows};
+}
+
+// Velocities that are not named as such. `at`: the array of positions, or kSeparate.
+void add_velocities(std::vector<DataArray>& arrays, std::size_t at) {
   // Six columns without names are positions and velocities, as in .xyz.
-  if (at != kSeparate && kept[at].components == 6) {
-    DataArray velocity = kept[at];
+  if (at != kSeparate && arrays[at].components == 6) {
+    DataArray velocity = arrays[at];
     velocity.name = "velocity";
     velocity.components = 3;
     velocity.offset += 3 * velocity.component_stride;
-    kept.push_back(std::move(velocity));
+    arrays.push_back(std::move(velocity));
   }
   // PySPH and others call velocities u, v and w.
   const auto named = [&](const char* name) {
-    return std::find_if(kept.begin(), kept.end(), [&](const DataArray& array) {
+    return std::find_if(arrays.begin(), arrays.end(), [&](const DataArray& array) {
       return array.components == 1 && lower_case(array.name) == name;
     });
   };
-  const bool has_velocity = std::any_of(kept.begin(), kept.end(), [](const DataArray& array) {
+  const bool has_velocity = std::any_of(arrays.begin(), arrays.end(), [](const DataArray& array) {
     return field_of_attribute(array.name, array.components) == Field::vx ||
            lower_case(array.name) == "vx";
   });
-  if (!has_velocity && named("u") != kept.end() && named("v") != kept.end() &&
-      named("w") != kept.end()) {
-    const std::array<std::pair<const char*, const char*>, 3> names{
-        {{"u", "vx"}, {"v", "vy"}, {"w", "vz"}}};
-    for (const auto& [from, to] : names) {
-      DataArray copy = *named(from);
-      copy.name = to;
-      kept.push_back(std::move(copy));
-    }
+  if (has_velocity || named("u") == arrays.end() || named("v") == arrays.end() ||
+      named("w") == arrays.end())
+    return;
+  for (const auto& [from, to] : {std::pair{"u", "vx"}, {"v", "vy"}, {"w", "vz"}}) {
+    DataArray copy = *named(from);
+    copy.name = to;
+    arrays.push_back(std::move(copy));
   }
-  return layout_of(file, kept, at, static_cast<std::int64_t>(rows), options);
+}
+
+}  // namespace
+
+Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std::string& dataset,
+                     const ReadOptions& options) {
+  const Positions positions = find_positions(file, arrays, dataset);
+  std::vector<DataArray> kept;
+  std::size_t at = kSeparate;
+  for (std::size_t k = 0; k < arrays.size(); ++k) {
+    if (arrays[k].rows != positions.rows) continue;
+    if (k == positions.array) at = kept.size();
+    kept.push_back(std::move(arrays[k].data));
+  }
+  add_velocities(kept, at);
+  return layout_of(file, kept, at, static_cast<std::int64_t>(positions.rows), options);
 }
 
 }  // namespace meniscus

@@ -191,6 +191,50 @@ void make_room(const Element& element, Particles& particles) {
   for (Attribute& attribute : particles.attributes) attribute.values.resize(element.count);
 }
 
+// Reads a row of an element from byte `at` on, values of vertices into the particles. Returns where
+// the row ends.
+std::size_t read_row(const InputFile& file, std::endian order, const Element& element,
+                     std::size_t row, std::size_t at, Particles& particles) {
+  const auto need = [&](std::size_t n, std::size_t size, const Property& property) {
+    if ((file.size() - at) / size < n)
+      fail(file, row_place(element, row),
+           "the file ends at byte " + std::to_string(file.size()) + ", wanted " +
+               std::to_string(n) + " x " + std::to_string(size) + " bytes of property " +
+               shown(property.name) + " from byte " + std::to_string(at) + " (truncated?)");
+  };
+  for (const Property& property : element.properties) {
+    const std::size_t size = size_of(property.type);
+    if (property.list_count) {
+      need(1, size_of(*property.list_count), property);
+      const auto length = load_integer(file.bytes.data() + at, *property.list_count, order);
+      if (!length || *length < 0)
+        fail(file, row_place(element, row),
+             "the length of list " + shown(property.name) + " at byte " + std::to_string(at) +
+                 " is out of range, must be >= 0");
+      at += size_of(*property.list_count);
+      need(static_cast<std::size_t>(*length), size, property);
+      at += static_cast<std::size_t>(*length) * size;
+      continue;
+    }
+    need(1, size, property);
+    const char* const from = file.bytes.data() + at;
+    if (property.field == Field::id) {
+      const auto id = load_integer(from, property.type, order);
+      if (!id)
+        fail(file, row_place(element, row),
+             "id is " + shown(load_real<double>(from, property.type, order)) +
+                 ", must be a whole number of 64 bits");
+      particles.id[row] = *id;
+    } else if (property.field != Field::none) {
+      array_of(particles, property.field)[row] = load_real<float>(from, property.type, order);
+    }
+    for (const std::size_t k : property.attributes)
+      particles.attributes[k].values[row] = load_real<float>(from, property.type, order);
+    at += size;
+  }
+  return at;
+}
+
 void read_binary(const InputFile& file, const Header& header, Particles& particles) {
   std::size_t at = header.data_offset;
   for (const Element& element : header.elements) {
@@ -207,47 +251,8 @@ void read_binary(const InputFile& file, const Header& header, Particles& particl
       continue;
     }
     if (element.is_vertex()) make_room(element, particles);
-    for (std::size_t row = 0; row < element.count; ++row) {
-      const auto need = [&](std::size_t n, std::size_t size, const Property& property) {
-        if ((file.size() - at) / size < n)
-          fail(file, row_place(element, row),
-               "the file ends at byte " + std::to_string(file.size()) + ", wanted " +
-                   std::to_string(n) + " x " + std::to_string(size) + " bytes of property " +
-                   shown(property.name) + " from byte " + std::to_string(at) + " (truncated?)");
-      };
-      for (const Property& property : element.properties) {
-        const std::size_t size = size_of(property.type);
-        if (property.list_count) {
-          need(1, size_of(*property.list_count), property);
-          const auto length =
-              load_integer(file.bytes.data() + at, *property.list_count, header.order);
-          if (!length || *length < 0)
-            fail(file, row_place(element, row),
-                 "the length of list " + shown(property.name) + " at byte " + std::to_string(at) +
-                     " is out of range, must be >= 0");
-          at += size_of(*property.list_count);
-          need(static_cast<std::size_t>(*length), size, property);
-          at += static_cast<std::size_t>(*length) * size;
-          continue;
-        }
-        need(1, size, property);
-        const char* const from = file.bytes.data() + at;
-        if (property.field == Field::id) {
-          const auto id = load_integer(from, property.type, header.order);
-          if (!id)
-            fail(file, row_place(element, row),
-                 "id is " + shown(load_real<double>(from, property.type, header.order)) +
-                     ", must be a whole number of 64 bits");
-          particles.id[row] = *id;
-        } else if (property.field != Field::none) {
-          array_of(particles, property.field)[row] =
-              load_real<float>(from, property.type, header.order);
-        }
-        for (const std::size_t k : property.attributes)
-          particles.attributes[k].values[row] = load_real<float>(from, property.type, header.order);
-        at += size;
-      }
-    }
+    for (std::size_t row = 0; row < element.count; ++row)
+      at = read_row(file, header.order, element, row, at, particles);
   }
   TextCursor rest(file, at);
   rest.skip_blanks();
