@@ -1,12 +1,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include "frame/measure.hpp"
@@ -161,6 +161,12 @@ void run_bench_frame(BenchFrameOptions options) {
   }
 }
 
+CLI::Option* add_list(CLI::App& command, const std::string& name,
+                      const std::function<void(const std::string& list)>& take,
+                      const std::string& effect) {
+  return command.add_option_function<std::string>(name, take, effect)->type_name("LIST");
+}
+
 }  // namespace
 
 void add_bench_frame_command(CLI::App& bench) {
@@ -182,49 +188,37 @@ void add_bench_frame_command(CLI::App& bench) {
       "radius of the particles in world units (default: the file's, else estimated)")
       ->type_name("R")
       ->needs(input);
-  command
-      .add_option_function<std::string>(
-          "--method", [&o](const std::string& list) { o.methods = parse_methods(list); },
-          "methods to measure, e.g. fit,ssm (default: all)")
-      ->type_name("LIST");
-  command
-      .add_option_function<std::string>(
-          "--size",
-          [&o](const std::string& list) {
-            for (const std::string& word : words_of(list)) o.sizes.push_back(parse_size(word));
-          },
-          "image sizes, e.g. 640x480,1024x768 (default: the camera's); the vertical field of view "
-          "stays")
-      ->type_name("LIST");
-  command
-      .add_option_function<std::string>(
-          "--particles",
-          [&o](const std::string& list) {
-            for (const std::string& word : words_of(list))
-              o.particles.push_back(parse_particles(word));
-          },
-          "measure synthetic dam breaks of so many particles, e.g. 1e4,1e5,1e6")
-      ->type_name("LIST")
+  add_list(
+      command, "--method", [&o](const std::string& list) { o.methods = parse_methods(list); },
+      "methods to measure, e.g. fit,ssm (default: all)");
+  add_list(
+      command, "--size",
+      [&o](const std::string& list) {
+        for (const std::string& word : words_of(list)) o.sizes.push_back(parse_size(word));
+      },
+      "image sizes, e.g. 640x480,1024x768 (default: the camera's); the vertical field of view "
+      "stays");
+  add_list(
+      command, "--particles",
+      [&o](const std::string& list) {
+        for (const std::string& word : words_of(list)) o.particles.push_back(parse_particles(word));
+      },
+      "measure synthetic dam breaks of so many particles, e.g. 1e4,1e5,1e6")
       ->excludes(input);
   command
       .add_flag("--sweep", o.sweep,
                 "measure synthetic dam breaks of growing size: first more particles, then more "
                 "pixels")
       ->excludes(input);
-  command
-      .add_option_function<std::string>(
-          "--aov",
-          [&o](const std::string& list) { o.aovs = as_usage([&] { return aovs_named(list); }); },
-          "maps beside depth, as for extract (default N)")
-      ->type_name("LIST");
+  add_list(
+      command, "--aov",
+      [&o](const std::string& list) { o.aovs = as_usage([&] { return aovs_named(list); }); },
+      "maps beside depth, as for extract (default N)");
   command.add_flag("--mesh", o.mesh, "make the mesh, too");
-  command
-      .add_option_function<std::string>(
-          "--layers", [&o](const std::string& list) { o.layers = parse_layers(list); },
-          "layers along rays that are kept, as for extract, one measurement each, e.g. 0,2 "
-          "(default "
-          "0: the front alone)")
-      ->type_name("LIST");
+  add_list(
+      command, "--layers", [&o](const std::string& list) { o.layers = parse_layers(list); },
+      "layers along rays that are kept, as for extract, one measurement each, e.g. 0,2 (default "
+      "0: the front alone)");
   command.add_flag("--motion", o.motion,
                    "follow the surface's motion, too, where the particles carry velocities");
   command

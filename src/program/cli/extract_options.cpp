@@ -188,6 +188,116 @@ void add_sequence_options(CLI::App& command, ExtractOptions& o) {
       ->group(sequence);
 }
 
+void add_method_option(CLI::App& command, ExtractOptions& o) {
+  Choices<Method> choices;
+  std::string explained;
+  for (const MethodEntry& entry : method_list()) {
+    choices.emplace_back(entry.name, entry.method);
+    explained += (explained.empty() ? "" : "; ") + entry.name + ": " + entry.what +
+                 (entry.method == o.parameters.method ? " (default)" : "");
+  }
+  add_choice<Method>(command, "--method", o.parameters.method, choices, explained);
+}
+
+/// Which maps there are, and what is drawn into them.
+void add_map_options(CLI::App& command, ExtractOptions& o) {
+  command
+      .add_option_function<std::string>(
+          "--aov",
+          [&o](const std::string& list) {
+            o.parameters.aovs = as_usage([&] { return aovs_named(list); });
+            o.asks_for_velocity = o.parameters.aovs.velocity;
+          },
+          "maps of the EXR beside Z and A, a list of N, P, id, kind, residual and V, which "
+          "forward comes with (default: all); what a PNG shows is made, too")
+      ->type_name("LIST");
+  command
+      .add_option("--layers", o.parameters.layers,
+                  "bodies of fluid along each pixel's ray: adds Z.back, N.back, thickness and "
+                  "layers to the EXR; up to this many, 1 to 8, are kept in a .deep.exr (default 8)")
+      ->check(from_to(1, kMostLayers))
+      ->type_name("K");
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--whitewater",
+          [&o](const std::vector<std::string>& texts) {
+            o.whitewater = as_usage([&] { return parse_whitewater(texts); });
+          },
+          "particles of foam, spray and bubbles that are drawn with the water: foam=FILE, "
+          "spray=FILE, bubble=FILE, all behind one --whitewater or each behind its own; of one "
+          "file for all foam=FILE@type=1 takes those whose attribute type is 1")
+      ->expected(1, 3)
+      ->type_name("TYPE=FILE");
+}
+
+void add_camera_options(CLI::App& command, ExtractOptions& o) {
+  const std::string camera = "Camera (default: one that frames the particles)";
+  const auto triple = [&command, &camera](const std::string& name, auto set,
+                                          const std::string& effect) {
+    return command
+        .add_option_function<std::string>(
+            name, [name, set](const std::string& text) { set(parse_triple(name, text)); }, effect)
+        ->type_name("X,Y,Z")
+        ->group(camera);
+  };
+  CLI::Option* file = command.add_option(
+      "--camera", o.camera_file,
+      "JSON file with width, height, view and projection (4x4, row-major, OpenGL); of a sequence "
+      "also a file for each frame (camera.####.json), or a list of such objects with their "
+      "\"frame\"");
+  file->type_name("FILE")->group(camera);
+  CLI::Option* eye = triple(
+      "--eye", [&o](const Triple& t) { o.eye = t; }, "where the camera is");
+  CLI::Option* target = triple(
+      "--target", [&o](const Triple& t) { o.target = t; }, "what it looks at");
+  CLI::Option* up = triple(
+      "--up", [&o](const Triple& t) { o.up = t; }, "what is up (default 0,1,0)");
+  CLI::Option* fov = command.add_option("--fov", o.fov, "vertical field of view (default 40)");
+  fov->type_name("DEGREES")->group(camera);
+  CLI::Option* size = command.add_option_function<std::string>(
+      "--size",
+      [&o](const std::string& text) {
+        if (text.ends_with('%'))
+          o.share = parse_share(text);
+        else
+          o.size = parse_size(text);
+      },
+      "image size in pixels (default 1024x768), or 50% of the camera's");
+  size->type_name("WxH")->group(camera);
+  eye->needs(target)->excludes(file);
+  target->needs(eye);
+  for (CLI::Option* option : {up, fov}) option->excludes(file);
+  command
+      .add_option("--write-camera", o.written_camera,
+                  "a file for the camera that was chosen, to be given by --camera")
+      ->type_name("FILE")
+      ->group(camera)
+      ->excludes(file);
+}
+
+void add_writing_options(CLI::App& command, ExtractOptions& o) {
+  add_choice<Compression>(command, "--compression", o.writing.compression,
+                          {{"none", Compression::none},
+                           {"rle", Compression::rle},
+                           {"zips", Compression::zips},
+                           {"zip", Compression::zip},
+                           {"piz", Compression::piz},
+                           {"pxr24", Compression::pxr24}},
+                          "of the EXR: none, rle, zips, zip (default), piz, or pxr24, which rounds "
+                          "floats to 24 bits");
+  command.add_flag("--half", o.writing.half,
+                   "N, residual, V and forward of the EXR as 16-bit floats: half the file; Z and P "
+                   "keep 32 bits");
+  add_choice<Preview>(command, "--preview", o.writing.preview,
+                      {{"lit", Preview::lit},
+                       {"normal", Preview::normal},
+                       {"depth", Preview::depth},
+                       {"groups", Preview::groups},
+                       {"glass", Preview::glass}},
+                      "what the PNG shows: lit (default), normal, depth, groups or glass (what "
+                      "lies behind, refracted twice)");
+}
+
 }  // namespace
 
 ReadOptions reading_of(const ExtractOptions& options) {
@@ -262,115 +372,21 @@ void add_extract_options(CLI::App& command, ExtractOptions& o) {
       ->allow_extra_args(false)
       ->type_name("FILE");
   add_source_options(command, o);
-  Choices<Method> choices;
-  std::string explained;
-  for (const MethodEntry& entry : method_list()) {
-    choices.emplace_back(entry.name, entry.method);
-    explained += (explained.empty() ? "" : "; ") + entry.name + ": " + entry.what +
-                 (entry.method == o.parameters.method ? " (default)" : "");
-  }
-  add_choice<Method>(command, "--method", o.parameters.method, choices, explained);
+  add_method_option(command, o);
   add_device_options(command, o);
   add_positive_option(
       command, "--fps", "frames per second", [&o](double rate) { o.frames_per_second = rate; },
       "frames per second of the simulation's files, for motion on the screen (default 24)")
       ->type_name("RATE");
-  command
-      .add_option_function<std::string>(
-          "--aov",
-          [&o](const std::string& list) {
-            o.parameters.aovs = as_usage([&] { return aovs_named(list); });
-            o.asks_for_velocity = o.parameters.aovs.velocity;
-          },
-          "maps of the EXR beside Z and A, a list of N, P, id, kind, residual and V, which "
-          "forward comes with (default: all); what a PNG shows is made, too")
-      ->type_name("LIST");
-  command
-      .add_option("--layers", o.parameters.layers,
-                  "bodies of fluid along each pixel's ray: adds Z.back, N.back, thickness and "
-                  "layers to the EXR; up to this many, 1 to 8, are kept in a .deep.exr (default 8)")
-      ->check(from_to(1, kMostLayers))
-      ->type_name("K");
-  command
-      .add_option_function<std::vector<std::string>>(
-          "--whitewater",
-          [&o](const std::vector<std::string>& texts) {
-            o.whitewater = as_usage([&] { return parse_whitewater(texts); });
-          },
-          "particles of foam, spray and bubbles that are drawn with the water: foam=FILE, "
-          "spray=FILE, bubble=FILE, all behind one --whitewater or each behind its own; of one "
-          "file for all foam=FILE@type=1 takes those whose attribute type is 1")
-      ->expected(1, 3)
-      ->type_name("TYPE=FILE");
+  add_map_options(command, o);
   add_no_motion_option(command, o);
   add_threads_option(command, o.threads);
   add_memory_option(command, o.memory);
   add_talk_options(command, o);
   add_sequence_options(command, o);
 
-  const std::string camera = "Camera (default: one that frames the particles)";
-  const auto triple = [&command, &camera](const std::string& name, auto set,
-                                          const std::string& effect) {
-    return command
-        .add_option_function<std::string>(
-            name, [name, set](const std::string& text) { set(parse_triple(name, text)); }, effect)
-        ->type_name("X,Y,Z")
-        ->group(camera);
-  };
-  CLI::Option* file = command.add_option(
-      "--camera", o.camera_file,
-      "JSON file with width, height, view and projection (4x4, row-major, OpenGL); of a sequence "
-      "also a file for each frame (camera.####.json), or a list of such objects with their "
-      "\"frame\"");
-  file->type_name("FILE")->group(camera);
-  CLI::Option* eye = triple(
-      "--eye", [&o](const Triple& t) { o.eye = t; }, "where the camera is");
-  CLI::Option* target = triple(
-      "--target", [&o](const Triple& t) { o.target = t; }, "what it looks at");
-  CLI::Option* up = triple(
-      "--up", [&o](const Triple& t) { o.up = t; }, "what is up (default 0,1,0)");
-  CLI::Option* fov = command.add_option("--fov", o.fov, "vertical field of view (default 40)");
-  fov->type_name("DEGREES")->group(camera);
-  CLI::Option* size = command.add_option_function<std::string>(
-      "--size",
-      [&o](const std::string& text) {
-        if (text.ends_with('%'))
-          o.share = parse_share(text);
-        else
-          o.size = parse_size(text);
-      },
-      "image size in pixels (default 1024x768), or 50% of the camera's");
-  size->type_name("WxH")->group(camera);
-  eye->needs(target)->excludes(file);
-  target->needs(eye);
-  for (CLI::Option* option : {up, fov}) option->excludes(file);
-  command
-      .add_option("--write-camera", o.written_camera,
-                  "a file for the camera that was chosen, to be given by --camera")
-      ->type_name("FILE")
-      ->group(camera)
-      ->excludes(file);
-
-  add_choice<Compression>(command, "--compression", o.writing.compression,
-                          {{"none", Compression::none},
-                           {"rle", Compression::rle},
-                           {"zips", Compression::zips},
-                           {"zip", Compression::zip},
-                           {"piz", Compression::piz},
-                           {"pxr24", Compression::pxr24}},
-                          "of the EXR: none, rle, zips, zip (default), piz, or pxr24, which rounds "
-                          "floats to 24 bits");
-  command.add_flag("--half", o.writing.half,
-                   "N, residual, V and forward of the EXR as 16-bit floats: half the file; Z and P "
-                   "keep 32 bits");
-  add_choice<Preview>(command, "--preview", o.writing.preview,
-                      {{"lit", Preview::lit},
-                       {"normal", Preview::normal},
-                       {"depth", Preview::depth},
-                       {"groups", Preview::groups},
-                       {"glass", Preview::glass}},
-                      "what the PNG shows: lit (default), normal, depth, groups or glass (what "
-                      "lies behind, refracted twice)");
+  add_camera_options(command, o);
+  add_writing_options(command, o);
   add_parameters(command, o.parameters, [](const std::string&) { return true; });
 }
 

@@ -99,67 +99,80 @@ verify::Canonical record_on_devices(const VerifyOptions& options) {
   return canonical;
 }
 
+// All files that are to be written, opened at first: that one cannot be is better known now than
+// later.
+struct VerifyFiles {
+  std::optional<OutputFile> json, junit, html, record;
+
+  explicit VerifyFiles(const VerifyOptions& options) {
+    std::vector<std::string> read = options.compare;
+    read.insert(read.end(), {options.request.program, options.request.manifest});
+    as_usage([&] { check_outputs({read, {}}, {}, {options.json, options.junit, options.html}); });
+    if (!options.html.empty()) check_page_name("--html", options.html);
+    if (!options.json.empty() && options.json != "-") json.emplace(options.json);
+    if (!options.junit.empty()) junit.emplace(options.junit);
+    if (!options.html.empty()) html.emplace(options.html);
+    if (!options.record.empty()) record.emplace(options.record);
+  }
+};
+
+// Earlier runs, and whether what they found required is the same on all devices.
+verify::VerifyRun compare_runs(const VerifyOptions& options, bool& same) {
+  verify::VerifyRun run = together(options.compare);
+  if (run.devices.size() < 2)
+    throw usage_error("--compare: the files hold one device in all, two are needed");
+  for (std::size_t k = 1; k < run.devices.size(); ++k) {
+    if (options.json != "-")
+      print_lines(stdout, verify::comparison_of(run.devices[0], run.devices[k]));
+    same = same && verify::compared(run.devices[0], run.devices[k]).required() == 0;
+  }
+  return run;
+}
+
+verify::VerifyRun verify_and_print(const VerifyOptions& options) {
+  const verify::Request& request = options.request;
+  check_parts_of_names("--kernel", request.kernels, verify::known_kernels());
+  const std::string& folder = request.reproducers;
+  if (!folder.empty()) as_usage([&] { verify::make_folder(folder); });
+  verify::VerifyRun run = verify_with_progress(options);
+  if (options.json != "-") {
+    print_lines(stdout, verify::table_of(run));
+    if (!request.kernels.empty())
+      print_line(stdout,
+                 "kernels and references only: without --kernel probes, limits, whole frames and "
+                 "known flaws are tested, too");
+    if (request.program.empty())
+      print_line(stdout, "canonical bits: " + verify::shipped_canonical().origin.words());
+  }
+  if (!folder.empty()) {
+    const std::size_t count = verify::finish_folder(folder).size();
+    print_line(stderr, count == 0 ? "no launch failed: there is no reproducer"
+                                  : counted(count, "reproducer") + " in " + folder +
+                                        ": each has a README.md");
+  }
+  return run;
+}
+
 void run_verify(VerifyOptions& options, int& exit_code) {
-  verify::Request& request = options.request;
-  request.full = options.size == "full";
-  if (options.list_devices) return verify::list_as_child(request.selector);
+  options.request.full = options.size == "full";
+  if (options.list_devices) return verify::list_as_child(options.request.selector);
   if (!options.child.empty()) return verify::run_as_child(options.child);
   if (options.list) return print_names(verify::known_kernels());
-  // Files that cannot be written are better known now than later.
-  std::vector<std::string> read = options.compare;
-  read.insert(read.end(), {request.program, request.manifest});
-  as_usage([&] { check_outputs({read, {}}, {}, {options.json, options.junit, options.html}); });
-  if (!options.html.empty()) check_page_name("--html", options.html);
-  const bool to_output = options.json == "-";
-  std::optional<OutputFile> json, junit, html, record;
-  if (!options.json.empty() && !to_output) json.emplace(options.json);
-  if (!options.junit.empty()) junit.emplace(options.junit);
-  if (!options.html.empty()) html.emplace(options.html);
-  if (!options.record.empty()) record.emplace(options.record);
-
-  if (record) {
+  VerifyFiles files(options);
+  if (files.record) {
     const verify::Canonical canonical = record_on_devices(options);
-    write(record, verify::to_bytes(canonical));
+    write(files.record, verify::to_bytes(canonical));
     if (!options.quiet) print_line(stderr, canonical.origin.words());
     return;
   }
-  verify::VerifyRun run;
-  if (!options.compare.empty()) {
-    run = together(options.compare);
-    if (run.devices.size() < 2)
-      throw usage_error("--compare: the files hold one device in all, two are needed");
-    bool same = true;
-    for (std::size_t k = 1; k < run.devices.size(); ++k) {
-      if (!to_output) print_lines(stdout, verify::comparison_of(run.devices[0], run.devices[k]));
-      same = same && verify::compared(run.devices[0], run.devices[k]).required() == 0;
-    }
-    exit_code = same && run.good() ? 0 : 1;
-  } else {
-    check_parts_of_names("--kernel", request.kernels, verify::known_kernels());
-    const std::string& folder = request.reproducers;
-    if (!folder.empty()) as_usage([&] { verify::make_folder(folder); });
-    run = verify_with_progress(options);
-    if (!to_output) {
-      print_lines(stdout, verify::table_of(run));
-      if (!request.kernels.empty())
-        print_line(stdout,
-                   "kernels and references only: without --kernel probes, limits, whole frames and "
-                   "known flaws are tested, too");
-      if (request.program.empty())
-        print_line(stdout, "canonical bits: " + verify::shipped_canonical().origin.words());
-    }
-    if (!folder.empty()) {
-      const std::size_t count = verify::finish_folder(folder).size();
-      print_line(stderr, count == 0 ? "no launch failed: there is no reproducer"
-                                    : counted(count, "reproducer") + " in " + folder +
-                                          ": each has a README.md");
-    }
-    exit_code = run.good() ? 0 : 1;
-  }
-  if (to_output) std::fputs(verify::to_json(run).c_str(), stdout);
-  write(json, verify::to_json(run));
-  write(junit, verify::to_junit(run));
-  write(html, verify::to_html(run));
+  bool same = true;
+  const verify::VerifyRun run =
+      options.compare.empty() ? verify_and_print(options) : compare_runs(options, same);
+  exit_code = same && run.good() ? 0 : 1;
+  if (options.json == "-") std::fputs(verify::to_json(run).c_str(), stdout);
+  write(files.json, verify::to_json(run));
+  write(files.junit, verify::to_junit(run));
+  write(files.html, verify::to_html(run));
 }
 
 }  // namespace
