@@ -130,6 +130,82 @@ void measure_pieces(const Mesh& mesh, ClosedFigures& figures) {
   }
 }
 
+/// Calls work(k) for k below n, many of them by a thread.
+template <class Work>
+void for_each_below(std::size_t n, const Work& work) {
+  constexpr std::size_t kBlock = 256;
+  for_each_index(static_cast<int>((n + kBlock - 1) / kBlock), [&](int block) {
+    const std::size_t begin = static_cast<std::size_t>(block) * kBlock;
+    for (std::size_t k = begin; k < std::min(n, begin + kBlock); ++k) work(k);
+  });
+}
+
+/// A place of the mesh, for a quarter of its triangle's area.
+struct Sample {
+  double distance, angle, area;
+  bool crease;
+};
+
+/// Four for each triangle: the middles of its four quarters.
+std::vector<Sample> samples_of(const Scene& scene, const Mesh& mesh) {
+  constexpr std::array<std::array<double, 3>, 4> kShares{{{1.0 / 3, 1.0 / 3, 1.0 / 3},
+                                                          {2.0 / 3, 1.0 / 6, 1.0 / 6},
+                                                          {1.0 / 6, 2.0 / 3, 1.0 / 6},
+                                                          {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
+  std::vector<Sample> samples(4 * mesh.triangle.size());
+  for_each_below(mesh.triangle.size(), [&](std::size_t t) {
+    const auto& v = mesh.triangle[t];
+    const Vec3d a(mesh.position[v[0]]), b(mesh.position[v[1]]), c(mesh.position[v[2]]);
+    const double whole = 0.5 * length(cross(b - a, c - a));
+    const auto within = [&](const std::vector<Vec3>& values, std::size_t k) {
+      return Vec3d(values[v[0]]) * kShares[k][0] + Vec3d(values[v[1]]) * kShares[k][1] +
+             Vec3d(values[v[2]]) * kShares[k][2];
+    };
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Vec3d at = within(mesh.position, k);
+      samples[4 * t + k] = {std::abs(scene.distance(at)),
+                            angle_off(scene, within(mesh.normal, k), at), whole / 4,
+                            near_crease(scene, at)};
+    }
+  });
+  return samples;
+}
+
+void measure_distances(const std::vector<Sample>& samples, ClosedFigures& figures) {
+  double sum = 0, weight = 0, creases = 0, crease_weight = 0;
+  std::vector<Weighed> distances, within;
+  for (const Sample& s : samples) {
+    (s.crease ? creases : sum) += s.area * square(s.distance);
+    (s.crease ? crease_weight : weight) += s.area;
+    if (s.crease) continue;
+    distances.push_back({s.distance, s.area});
+    within.push_back({s.angle, s.area});
+    figures.distance_most = std::max(figures.distance_most, s.distance);
+  }
+  figures.distance_rms = std::sqrt(sum / weight);
+  figures.distance_999 = percentile_of(std::move(distances), 0.999);
+  figures.within_median = percentile_of(within, 0.5);
+  figures.within_95 = percentile_of(std::move(within), 0.95);
+  figures.crease_rms = crease_weight > 0 ? std::sqrt(creases / crease_weight) : kNone;
+}
+
+/// Of the vertices, each of which counts as a third of its triangles.
+void measure_normals(const Scene& scene, const Mesh& mesh, const std::vector<Sample>& samples,
+                     ClosedFigures& figures) {
+  std::vector<double> area(mesh.position.size(), 0.0);
+  for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
+    for (const std::uint32_t v : mesh.triangle[t])
+      for (std::size_t k = 0; k < 4; ++k) area[v] += samples[4 * t + k].area / 3;
+  std::vector<Weighed> angles(mesh.position.size());
+  for_each_below(angles.size(), [&](std::size_t v) {
+    const Vec3d at(mesh.position[v]);
+    const bool crease = near_crease(scene, at);
+    angles[v] = {angle_off(scene, Vec3d(mesh.normal[v]), at), crease ? 0.0 : area[v]};
+  });
+  figures.normal_median = percentile_of(angles, 0.5);
+  figures.normal_95 = percentile_of(std::move(angles), 0.95);
+}
+
 }  // namespace
 
 ClosedFigures check_topology(const Mesh& mesh) {
@@ -144,69 +220,9 @@ ClosedFigures check_topology(const Mesh& mesh) {
 ClosedFigures measure_closed(const Scene& scene, double true_volume, const Mesh& mesh) {
   ClosedFigures figures = check_topology(mesh);
   figures.volume = figures.volume / true_volume - 1;
-
-  // Four places a triangle, each for a quarter of its area: the middles of its four quarters.
-  struct Sample {
-    double distance, angle, area;
-    bool crease;
-  };
-  constexpr std::array<std::array<double, 3>, 4> kShares{{{1.0 / 3, 1.0 / 3, 1.0 / 3},
-                                                          {2.0 / 3, 1.0 / 6, 1.0 / 6},
-                                                          {1.0 / 6, 2.0 / 3, 1.0 / 6},
-                                                          {1.0 / 6, 1.0 / 6, 2.0 / 3}}};
-  const std::size_t n = mesh.triangle.size();
-  std::vector<Sample> samples(4 * n);
-  std::vector<double> area(mesh.position.size(), 0.0);
-  constexpr std::size_t kBlock = 256;
-  for_each_index(static_cast<int>((n + kBlock - 1) / kBlock), [&](int block) {
-    const std::size_t begin = static_cast<std::size_t>(block) * kBlock;
-    for (std::size_t t = begin; t < std::min(n, begin + kBlock); ++t) {
-      const auto& v = mesh.triangle[t];
-      const Vec3d a(mesh.position[v[0]]), b(mesh.position[v[1]]), c(mesh.position[v[2]]);
-      const double whole = 0.5 * length(cross(b - a, c - a));
-      const auto within = [&](const std::vector<Vec3>& values, std::size_t k) {
-        return Vec3d(values[v[0]]) * kShares[k][0] + Vec3d(values[v[1]]) * kShares[k][1] +
-               Vec3d(values[v[2]]) * kShares[k][2];
-      };
-      for (std::size_t k = 0; k < 4; ++k) {
-        const Vec3d at = within(mesh.position, k);
-        samples[4 * t + k] = {std::abs(scene.distance(at)),
-                              angle_off(scene, within(mesh.normal, k), at), whole / 4,
-                              near_crease(scene, at)};
-      }
-    }
-  });
-  double sum = 0, weight = 0, creases = 0, crease_weight = 0;
-  std::vector<Weighed> distances, within;
-  for (const Sample& s : samples) {
-    (s.crease ? creases : sum) += s.area * square(s.distance);
-    (s.crease ? crease_weight : weight) += s.area;
-    if (s.crease) continue;
-    distances.push_back({s.distance, s.area});
-    within.push_back({s.angle, s.area});
-  }
-  figures.distance_rms = std::sqrt(sum / weight);
-  for (const Weighed& d : distances)
-    figures.distance_most = std::max(figures.distance_most, d.value);
-  figures.distance_999 = percentile_of(std::move(distances), 0.999);
-  figures.within_median = percentile_of(within, 0.5);
-  figures.within_95 = percentile_of(std::move(within), 0.95);
-  figures.crease_rms = crease_weight > 0 ? std::sqrt(creases / crease_weight) : kNone;
-
-  for (std::size_t t = 0; t < n; ++t)
-    for (const std::uint32_t v : mesh.triangle[t])
-      for (std::size_t k = 0; k < 4; ++k) area[v] += samples[4 * t + k].area / 3;
-  std::vector<Weighed> angles(mesh.position.size());
-  for_each_index(static_cast<int>((angles.size() + kBlock - 1) / kBlock), [&](int block) {
-    const std::size_t begin = static_cast<std::size_t>(block) * kBlock;
-    for (std::size_t v = begin; v < std::min(angles.size(), begin + kBlock); ++v) {
-      const Vec3d at(mesh.position[v]);
-      const bool crease = near_crease(scene, at);
-      angles[v] = {angle_off(scene, Vec3d(mesh.normal[v]), at), crease ? 0.0 : area[v]};
-    }
-  });
-  figures.normal_median = percentile_of(angles, 0.5);
-  figures.normal_95 = percentile_of(std::move(angles), 0.95);
+  const std::vector<Sample> samples = samples_of(scene, mesh);
+  measure_distances(samples, figures);
+  measure_normals(scene, mesh, samples, figures);
   return figures;
 }
 

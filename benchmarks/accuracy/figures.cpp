@@ -85,6 +85,64 @@ double count_averted(const Lens& lens, const Map& map) {
   return averted;
 }
 
+/// What is wrong at single pixels.
+struct PixelErrors {
+  Moments along_normal, depth, crease_depth, outline_depth;                            // s
+  std::vector<double> along_normal_sizes;                                              // s
+  std::vector<double> angles, slope_angles, crease_angles, crease_slopes, rim_angles;  // degrees
+  double outliers = 0;          // interior pixels whose depth is off by more than s
+  double both = 0, either = 0;  // pixels that map and truth cover
+  std::vector<bool> covered;    // by the map
+};
+
+PixelErrors errors_of(const Truth& truth, const Map& map) {
+  const Lens& lens = truth.lens;
+  const auto slopes = normals_of_depth(lens, map.depth);
+  PixelErrors e;
+  e.covered.resize(map.depth.size());
+  for (std::size_t p = 0; p < map.depth.size(); ++p) {
+    e.covered[p] = finite(map.depth[p]);
+    e.both += e.covered[p] && truth.covered(p);
+    e.either += e.covered[p] || truth.covered(p);
+    if (!e.covered[p] || !truth.covered(p)) continue;
+    const int i = static_cast<int>(p) % lens.width, j = static_cast<int>(p) / lens.width;
+    const Vec3d& normal = truth.normal[p];
+    const double error = map.depth[p] - truth.depth[p];
+    const auto add_angle = [&](std::vector<double>& angles_of) {
+      if (!map.normal.empty() && map.normal[p] != Vec3{})
+        angles_of.push_back(angle_between(Vec3d(map.normal[p]), normal));
+    };
+    const auto add_slope = [&](std::vector<double>& slopes_of) {
+      if (slopes[p] != Vec3d{}) slopes_of.push_back(angle_between(slopes[p], normal));
+    };
+    switch (truth.class_of[p]) {
+      case PixelClass::interior: {
+        const double error_along_normal = error * std::abs(dot(normal, lens.direction(i, j)));
+        e.along_normal.add(clamped(error_along_normal));
+        e.along_normal_sizes.push_back(std::abs(error_along_normal));
+        e.depth.add(clamped(error));
+        e.outliers += std::abs(error) > 1;
+        add_angle(e.angles);
+        add_slope(e.slope_angles);
+        break;
+      }
+      case PixelClass::crease:
+        e.crease_depth.add(clamped(error));
+        add_angle(e.crease_angles);
+        add_slope(e.crease_slopes);
+        break;
+      case PixelClass::silhouette:
+        e.outline_depth.add(clamped(error));
+        add_angle(e.rim_angles);
+        break;
+      case PixelClass::splash:
+      case PixelClass::none:
+        break;
+    }
+  }
+  return e;
+}
+
 }  // namespace
 
 void require_same_size(const Truth& truth, const Map& map) {
@@ -149,74 +207,27 @@ int count_specks(const Truth& truth, const Map& map) {
 
 Figures compare(const Truth& truth, const Map& map) {
   require_same_size(truth, map);
-  const Lens& lens = truth.lens;
-  const auto slopes = normals_of_depth(lens, map.depth);
-  Moments along_normal, depth, crease_depth, outline_depth;
-  std::vector<double> along_normal_sizes, angles, slope_angles, crease_angles, crease_slopes,
-      rim_angles;
-  double outliers = 0, both = 0, either = 0;
-  std::vector<bool> covered(map.depth.size());
-  for (std::size_t p = 0; p < map.depth.size(); ++p) {
-    covered[p] = finite(map.depth[p]);
-    both += covered[p] && truth.covered(p);
-    either += covered[p] || truth.covered(p);
-    if (!covered[p] || !truth.covered(p)) continue;
-    const int i = static_cast<int>(p) % lens.width, j = static_cast<int>(p) / lens.width;
-    const Vec3d& normal = truth.normal[p];
-    const double error = map.depth[p] - truth.depth[p];
-    const auto add_angle = [&](std::vector<double>& angles_of) {
-      if (!map.normal.empty() && map.normal[p] != Vec3{})
-        angles_of.push_back(angle_between(Vec3d(map.normal[p]), normal));
-    };
-    const auto add_slope = [&](std::vector<double>& slopes_of) {
-      if (slopes[p] != Vec3d{}) slopes_of.push_back(angle_between(slopes[p], normal));
-    };
-    switch (truth.class_of[p]) {
-      case PixelClass::interior: {
-        const double error_along_normal = error * std::abs(dot(normal, lens.direction(i, j)));
-        along_normal.add(clamped(error_along_normal));
-        along_normal_sizes.push_back(std::abs(error_along_normal));
-        depth.add(clamped(error));
-        outliers += std::abs(error) > 1;
-        add_angle(angles);
-        add_slope(slope_angles);
-        break;
-      }
-      case PixelClass::crease:
-        crease_depth.add(clamped(error));
-        add_angle(crease_angles);
-        add_slope(crease_slopes);
-        break;
-      case PixelClass::silhouette:
-        outline_depth.add(clamped(error));
-        add_angle(rim_angles);
-        break;
-      case PixelClass::splash:
-      case PixelClass::none:
-        break;
-    }
-  }
-
+  PixelErrors e = errors_of(truth, map);
   Figures f;
-  f.normal_rms = along_normal.rms();
-  f.normal_p95 = percentile(along_normal_sizes, 0.95);
-  f.normal_bias = along_normal.mean();
-  f.depth_rms = depth.rms();
-  f.outliers = depth.count > 0 ? 100 * outliers / depth.count : kNone;
-  f.angle_median = percentile(angles, 0.5);
-  f.angle_p95 = percentile(angles, 0.95);
-  f.slope_median = percentile(slope_angles, 0.5);
-  f.slope_p95 = percentile(slope_angles, 0.95);
-  f.crease_rms = crease_depth.rms();
-  f.crease_angle = percentile(crease_angles, 0.5);
-  f.crease_slope = percentile(crease_slopes, 0.5);
-  f.outline_rms = outline_depth.rms();
-  f.rim_angle = percentile(rim_angles, 0.5);
-  f.outline_miss = outline_distance(truth, covered);
-  f.iou = either > 0 ? both / either : kNone;
-  f.holes = count_holes(truth, covered);
+  f.normal_rms = e.along_normal.rms();
+  f.normal_p95 = percentile(e.along_normal_sizes, 0.95);
+  f.normal_bias = e.along_normal.mean();
+  f.depth_rms = e.depth.rms();
+  f.outliers = e.depth.count > 0 ? 100 * e.outliers / e.depth.count : kNone;
+  f.angle_median = percentile(e.angles, 0.5);
+  f.angle_p95 = percentile(e.angles, 0.95);
+  f.slope_median = percentile(e.slope_angles, 0.5);
+  f.slope_p95 = percentile(e.slope_angles, 0.95);
+  f.crease_rms = e.crease_depth.rms();
+  f.crease_angle = percentile(e.crease_angles, 0.5);
+  f.crease_slope = percentile(e.crease_slopes, 0.5);
+  f.outline_rms = e.outline_depth.rms();
+  f.rim_angle = percentile(e.rim_angles, 0.5);
+  f.outline_miss = outline_distance(truth, e.covered);
+  f.iou = e.either > 0 ? e.both / e.either : kNone;
+  f.holes = count_holes(truth, e.covered);
   f.specks = 1e6 * count_specks(truth, map) / static_cast<double>(map.depth.size());
-  f.averted = count_averted(lens, map);
+  f.averted = count_averted(truth.lens, map);
   std::vector<double> jumps = normal_jumps(truth, map);
   Moments turn;
   for (const double jump : jumps) turn.add(jump);

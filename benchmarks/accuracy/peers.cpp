@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "accuracy/mesh_file.hpp"
+#include "io/output_file.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus::accuracy {
@@ -43,7 +44,7 @@ void write_positions(const std::string& path, const Particles& particles) {
     file.write(reinterpret_cast<const char*>(position), sizeof position);
   }
   file.close();
-  if (!file) throw OutputError(path + ": cannot be written");
+  if (!file) throw OutputError(cannot_be_written(path, errno));
 }
 
 std::string last_line(const std::string& path) {
