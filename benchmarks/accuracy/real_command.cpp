@@ -12,6 +12,7 @@
 #include "accuracy/mesh_file.hpp"
 #include "accuracy/ray_cast.hpp"
 #include "accuracy/real.hpp"
+#include "base/elapsed.hpp"
 #include "meniscus/device.hpp"
 
 namespace meniscus::accuracy {
@@ -129,7 +130,7 @@ Map map_of(const Surface& surface) { return {surface.depth, surface.normal}; }
 Surface timed(const Contender& contender, const Frame& frame, double& seconds) {
   const auto start = std::chrono::steady_clock::now();
   Surface surface = contender.extract(frame.particles, frame.lens);
-  seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  seconds = seconds_since(start);
   return surface;
 }
 

@@ -5,6 +5,7 @@
 #include "accuracy/figures/flicker.hpp"
 #include "accuracy/figures/mesh_distance.hpp"
 #include "accuracy/parallel.hpp"
+#include "base/elapsed.hpp"
 
 namespace meniscus::accuracy {
 namespace {
@@ -70,10 +71,10 @@ Measurement measure(const Extractor& extract, const Case& scene_case) {
                   : scene_case.particles;
     const auto start = std::chrono::steady_clock::now();
     Surface surface = extract(particles, truth.lens);
-    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    const double seconds = seconds_since(start);
     maps.push_back({surface.depth, surface.normal});
     if (maps.size() > 1) continue;
-    result.seconds = taken.count();
+    result.seconds = seconds;
     result.surface = std::move(surface);
   }
   result.figures = compare(scene_case.truths[0], maps[0]);

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <thread>
 
+#include "base/elapsed.hpp"
 #include "device/device.hpp"
 #include "frame/process.hpp"
 #include "meniscus/meniscus.hpp"
@@ -18,10 +19,7 @@ namespace {
 
 class Stopwatch {
  public:
-  double wall_ms() const {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_)
-        .count();
-  }
+  double wall_ms() const { return milliseconds_since(begin_); }
   double cpu_ms() const { return processor_ms() - cpu_begin_; }
 
  private:

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "base/elapsed.hpp"
 #include "frame/input.hpp"
 #include "stages/density.hpp"
 #include "stages/group.hpp"
@@ -117,9 +118,7 @@ const Frame::Frames& Frame::frames(Method method) {
   Frames& frames = frames_[method];
   frames.image = download(device, make_frame(method, nullptr).image);  // not timed
   const auto begin = std::chrono::steady_clock::now();
-  const auto passed = [&](double s) {
-    return std::chrono::steady_clock::now() - begin > std::chrono::duration<double>(s);
-  };
+  const auto passed = [&](double s) { return seconds_since(begin) > s; };
   for (int k = 0; k < 3 || (k < repetitions && !passed(10 * seconds)); ++k) {
     std::vector<StageTime> stages;
     make_frame(method, &stages);

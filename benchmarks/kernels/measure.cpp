@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <exception>
 #include <map>
 #include <thread>
 
+#include "base/elapsed.hpp"
 #include "frame/process.hpp"
 #include "kernels/cases.hpp"
 #include "kernels/native/native.hpp"
@@ -32,8 +32,7 @@ class Collector : public benchmark::BenchmarkReporter {
 double wall_ms(const std::function<void()>& run) {
   const auto begin = std::chrono::steady_clock::now();
   run();
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
-      .count();
+  return milliseconds_since(begin);
 }
 
 // Milliseconds of one of the kernel's launches: the mean when the stage launches it several times.

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <limits>
 
+#include "base/elapsed.hpp"
 #include "base/host_name.hpp"
 #include "meniscus/source.hpp"
 
@@ -22,11 +23,7 @@ void in_parts(std::size_t size, std::size_t largest, const Work& work) {
 class Team::Waiting {
  public:
   explicit Waiting(Team& team) : team_(team) {}
-  ~Waiting() {
-    team_.waited_ms_ +=
-        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin_)
-            .count();
-  }
+  ~Waiting() { team_.waited_ms_ += milliseconds_since(begin_); }
 
  private:
   Team& team_;

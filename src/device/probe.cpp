@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "base/elapsed.hpp"
 #include "device/kernels.hpp"
 
 namespace meniscus {
@@ -13,15 +14,14 @@ namespace {
 double wall_seconds(const std::function<void()>& run) {
   const auto begin = std::chrono::steady_clock::now();
   run();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return seconds_since(begin);
 }
 
 // The shortest of several tries, seconds on the device. The first one is not counted.
 double best_seconds(Device& device, const ProbeEffort& effort, const std::function<void()>& run) {
   double best = INFINITY;
   const auto begin = std::chrono::steady_clock::now();
-  const std::chrono::duration<double> least(effort.seconds);
-  for (int k = 0; k <= effort.tries || std::chrono::steady_clock::now() - begin < least; ++k) {
+  for (int k = 0; k <= effort.tries || seconds_since(begin) < effort.seconds; ++k) {
     device.state().take_times();
     run();
     double sum = 0;

@@ -14,12 +14,6 @@ bool alike(std::uint32_t a, std::uint32_t b, Reading reading) {
          (reading == Reading::unsigned_zeros && x == 0 && y == 0);
 }
 
-double ulps_between(std::uint32_t expected, std::uint32_t found) {
-  const double x = float_of(expected), y = float_of(found);
-  if (x == y) return 0;
-  return std::isfinite(x) && std::isfinite(y) ? std::abs(y - x) / ulp_of(x) : INFINITY;
-}
-
 }  // namespace
 
 Difference compare(const std::vector<std::uint32_t>& expected,
@@ -29,8 +23,10 @@ Difference compare(const std::vector<std::uint32_t>& expected,
     const bool there = i < found.size();
     if (there && alike(expected[i], found[i], reading)) continue;
     if (difference.count++ == 0) difference.first = i;
-    if (there && reading != Reading::integers)
-      difference.ulp = std::max(difference.ulp, ulps_between(expected[i], found[i]));
+    if (!there || reading == Reading::integers) continue;
+    const double wanted = float_of(expected[i]);
+    difference.ulp =
+        std::max(difference.ulp, ulps_between(wanted, float_of(found[i]), ulp_of(wanted)));
   }
   return difference;
 }

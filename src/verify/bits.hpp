@@ -21,6 +21,14 @@ inline double ulp_of(double value) {
   return std::ldexp(1.0, std::min(exponent, 127) - 23);
 }
 
+/// How far a value is from the one that was expected, in `ulp` of that; infinite where only one of
+/// them is finite.
+inline double ulps_between(double expected, double found, double ulp) {
+  if (expected == found) return 0;
+  return std::isfinite(expected) && std::isfinite(found) ? std::abs(found - expected) / ulp
+                                                         : INFINITY;
+}
+
 /// How a value is read: as an integer, as a float, or as a float whose zeros are alike.
 enum class Reading { integers, floats, unsigned_zeros };
 

@@ -13,6 +13,7 @@
 #include <tuple>
 #include <utility>
 
+#include "base/elapsed.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"
 #include "program/child_process.hpp"
@@ -109,8 +110,7 @@ class DeviceRun {
       run();
     else
       add_of_device(Result::skip, device.problem);
-    results.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    results.seconds = seconds_since(begin);
   }
 
   DeviceResults results;

@@ -10,6 +10,7 @@
 #include <fstream>
 #include <numeric>
 
+#include "base/elapsed.hpp"
 #include "base/printed.hpp"
 #include "device/probe.hpp"
 #include "device/records.hpp"
@@ -117,7 +118,7 @@ void probe_limit(const Limit& limit, const Tell& tell) {
 double seconds_of(const std::function<void()>& run) {
   const auto begin = std::chrono::steady_clock::now();
   run();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return seconds_since(begin);
 }
 
 // From the source of one of our larger kernels to the end of its first launch, which finds nothing

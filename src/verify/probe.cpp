@@ -3,6 +3,7 @@
 #include <chrono>
 #include <exception>
 
+#include "base/elapsed.hpp"
 #include "program/wording.hpp"
 
 namespace meniscus::verify {
@@ -27,8 +28,7 @@ void tell_probe(Row row, const std::function<Finding()>& probe, const Tell& tell
   } catch (const std::exception& error) {
     finding = failed(words_of(error));
   }
-  row.ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  row.ms = milliseconds_since(begin);
   row.result = finding.result;
   row.required = row.required && finding.result != Result::skip;
   row.reason = finding.reason;

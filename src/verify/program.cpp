@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/elapsed.hpp"
 #include "base/grouped.hpp"
 #include "base/printed.hpp"
 #include "device/opencl_error.hpp"
@@ -30,12 +31,6 @@ double real_of(std::uint64_t bits, std::size_t size) {
 double ulp_of(double value, std::size_t size) {
   if (size == 4) return verify::ulp_of(value);
   return std::ldexp(1.0, std::max(value == 0 ? -1022 : std::ilogb(value), -1022) - 52);
-}
-
-double ulps_between(std::uint64_t expected, std::uint64_t found, std::size_t size) {
-  const double x = real_of(expected, size), y = real_of(found, size);
-  if (x == y) return 0;
-  return std::isfinite(x) && std::isfinite(y) ? std::abs(y - x) / ulp_of(x, size) : INFINITY;
 }
 
 // "0x3f800000 (1)" of a float, "-7" of an integer.
@@ -159,8 +154,9 @@ std::string difference(const ProgramArgument& argument, const Bytes& expected, c
                         own = bits_at(found, k * size, size);
     if (wanted == own) continue;
     if (type.kind == ValueType::Kind::floating) {
-      if (std::isnan(real_of(wanted, size)) && std::isnan(real_of(own, size))) continue;
-      const double off = ulps_between(wanted, own, size);
+      const double x = real_of(wanted, size), y = real_of(own, size);
+      if (std::isnan(x) && std::isnan(y)) continue;
+      const double off = ulps_between(x, y, ulp_of(x, size));
       if (ulp) *ulp = std::max(*ulp, off);
       if (argument.ulp > 0 && off <= argument.ulp) continue;
     }
@@ -206,7 +202,7 @@ std::vector<Bytes> run_program(Device& device, const Program& program, const std
                   " is not like run 1: " + wrong;
       }
     }
-    row.ms = std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+    row.ms = milliseconds_since(begin);
     if (program.repeat > 1) finish(counted(program.repeat, "run"), wrong, 0);
     for (std::size_t k = 0; k < first.size(); ++k) {
       const ProgramArgument& argument = program.arguments[k];

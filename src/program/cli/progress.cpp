@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "base/elapsed.hpp"
 #include "base/printable.hpp"
 #include "base/printed.hpp"
 #include "program/cli/terminal.hpp"
@@ -119,7 +120,7 @@ void Working::hide() {
 }
 
 std::string Working::how_far() const {
-  const double seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+  const double seconds = seconds_since(start_);
   const std::string far = share_ > 0 ? printed("%.0f %%, ", 100 * share_) : "";
   return printed("%s, %s%.0f s", phase_.c_str(), far.c_str(), seconds);
 }
