@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "base/parallel.hpp"
@@ -154,6 +153,28 @@ std::vector<float> widened(const std::vector<float>& values, int nx, int ny, int
   return result;
 }
 
+// The limits of the map's blocks.
+void set_limits(FrontMap& map, const std::vector<float>& front, const FrontSearch& search) {
+  map.block = std::max(1, static_cast<int>(std::lround(search.block / map.cell)));
+  map.blocks_x = (map.nx + map.block - 1) / map.block;
+  map.blocks_y = (map.ny + map.block - 1) / map.block;
+  std::vector<float> farthest(static_cast<std::size_t>(map.blocks_x) * map.blocks_y, 0.0f);
+  parallel_for(static_cast<std::size_t>(map.blocks_y), 4, [&](std::size_t first, std::size_t last) {
+    const int end = std::min(static_cast<int>(last) * map.block, map.ny);
+    for (int j = static_cast<int>(first) * map.block; j < end; ++j)
+      for (int i = 0; i < map.nx; ++i) {
+        float& most =
+            farthest[static_cast<std::size_t>(j / map.block) * map.blocks_x + i / map.block];
+        most = std::max(most, front[static_cast<std::size_t>(j) * map.nx + i]);
+      }
+  });
+  const int steps = static_cast<int>(std::ceil(search.around / (map.block * map.cell)));
+  farthest = widened(farthest, map.blocks_x, map.blocks_y, steps, true);
+  farthest = widened(farthest, map.blocks_x, map.blocks_y, steps, false);
+  for (float& depth : farthest) depth += static_cast<float>(search.reach);
+  map.limit = std::move(farthest);
+}
+
 }  // namespace
 
 std::size_t map_size(const View& view, double cell, double border) {
@@ -185,9 +206,8 @@ FrontMap empty_map(Device& device, const View& view, double margin) {
 }
 
 FrontMap find_fronts(Device& device, const View& view, const ParticleSource& source,
-                     std::size_t chunk, double cell, double border, double margin, double block,
-                     double around, double reach, double thickness) {
-  FrontMap map = sized_map(view, cell, border, margin);
+                     std::size_t chunk, const FrontSearch& search) {
+  FrontMap map = sized_map(view, search.cell, search.border, search.margin);
   const std::size_t size = static_cast<std::size_t>(map.nx) * map.ny;
   const auto fronts = filled<cl_uint>(device, size, std::bit_cast<cl_uint>(kNoSurface));
   const records::Projection to = projection_of(view, map.margin);
@@ -206,25 +226,8 @@ FrontMap find_fronts(Device& device, const View& view, const ParticleSource& sou
   std::vector<float> front(size);
   for (std::size_t k = 0; k < size; ++k) front[k] = std::bit_cast<float>(bits[k]);
   front = without_pores(map, std::move(front));
-  map.layer = upload(device, layer_of(view, map, without_specks(map, front), thickness));
-  map.block = std::max(1, static_cast<int>(std::lround(block / cell)));
-  map.blocks_x = (map.nx + map.block - 1) / map.block;
-  map.blocks_y = (map.ny + map.block - 1) / map.block;
-  std::vector<float> farthest(static_cast<std::size_t>(map.blocks_x) * map.blocks_y, 0.0f);
-  parallel_for(static_cast<std::size_t>(map.blocks_y), 4, [&](std::size_t first, std::size_t last) {
-    const int end = std::min(static_cast<int>(last) * map.block, map.ny);
-    for (int j = static_cast<int>(first) * map.block; j < end; ++j)
-      for (int i = 0; i < map.nx; ++i) {
-        float& most =
-            farthest[static_cast<std::size_t>(j / map.block) * map.blocks_x + i / map.block];
-        most = std::max(most, front[static_cast<std::size_t>(j) * map.nx + i]);
-      }
-  });
-  const int steps = static_cast<int>(std::ceil(around / (map.block * cell)));
-  farthest = widened(farthest, map.blocks_x, map.blocks_y, steps, true);
-  farthest = widened(farthest, map.blocks_x, map.blocks_y, steps, false);
-  for (float& depth : farthest) depth += static_cast<float>(reach);
-  map.limit = std::move(farthest);
+  map.layer = upload(device, layer_of(view, map, without_specks(map, front), search.thickness));
+  set_limits(map, front, search);
   return map;
 }
 

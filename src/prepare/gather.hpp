@@ -1,7 +1,6 @@
 // gather: streams particles through the device and hands on those that may matter.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -25,6 +24,17 @@ struct FrontMap {
   std::vector<float> limit;  // [blocks_y*blocks_x] deepest depth of interest, particle radii
 };
 
+/// How fronts are looked for. Lengths are in pixels, or in particle radii.
+struct FrontSearch {
+  double cell = 1;       // pixels, side of a cell
+  double border = 0;     // pixels around the screen
+  double margin = 0;     // radii, see FrontMap
+  double block = 1;      // pixels, side of what shares a limit
+  double around = 0;     // pixels: the farthest front within this sets a block's limit
+  double reach = 0;      // radii: the limit lies this far behind that front
+  double thickness = 0;  // radii, of the front layer along its normal
+};
+
 /// What a map of such cells takes of the device's memory with the limits of its blocks, bytes.
 std::size_t map_size(const View& view, double cell, double border);
 
@@ -35,14 +45,11 @@ std::size_t chunk_size(std::size_t memory, std::size_t map_bytes);
 /// A map with no fronts, whose limits let everything in view pass.
 FrontMap empty_map(Device& device, const View& view, double margin);
 
-/// The nearest particles in cells of `cell` pixels on the screen and `border` pixels around it, and
-/// limits `reach` radii behind them, of all particles in all processes of the source's team: in
-/// blocks of `block` pixels, behind the farthest front within `around` pixels; none where a part of
-/// that is empty. A lone empty cell does not count as such. The front layer is `thickness` radii
-/// thick, along its normal.
+/// The nearest particles in cells on the screen and around it, and limits behind them, of all
+/// particles in all processes of the source's team. A block has no limit where a part of what is
+/// within `around` of it is empty. A lone empty cell does not count as such.
 FrontMap find_fronts(Device& device, const View& view, const ParticleSource& source,
-                     std::size_t chunk, double cell, double border, double margin, double block,
-                     double around, double reach, double thickness);
+                     std::size_t chunk, const FrontSearch& search);
 
 /// Calls take(chunk, places) for every chunk of this process's share that has any, with the places
 /// of the particles in view before their block's limit, in any order; the highest bit marks those

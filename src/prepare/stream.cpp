@@ -59,10 +59,15 @@ NearFront find_near_front(const Filling& filling, const View& view, const Partic
   const double cell = std::max(1.0, 1.5 * screen.spacing), radius = filling.params.thin / 2;
   const double border = kMargin * radius;
   const std::size_t chunk = chunk_size(filling.memory, map_size(view, cell, border));
-  return {
-      find_fronts(filling.device, view, source, chunk, cell, border, kMargin, filling.params.thin,
-                  kAround * radius, kReach, kLayer * particle_radius / view.radius),
-      chunk};
+  return {find_fronts(filling.device, view, source, chunk,
+                      {.cell = cell,
+                       .border = border,
+                       .margin = kMargin,
+                       .block = filling.params.thin,
+                       .around = kAround * radius,
+                       .reach = kReach,
+                       .thickness = kLayer * particle_radius / view.radius}),
+          chunk};
 }
 
 VoxelGrid empty_voxels(const View& view, bool moving) {
@@ -193,8 +198,13 @@ Particles keep_near(const Filling& filling, const ParticleSource& source, const 
     filling.clock.start("fronts");
     const std::size_t map_bytes = map_size(view, cell, kAround * radius);
     chunk = chunk_size(filling.memory, map_bytes);
-    map = find_fronts(device, view, source, chunk, cell, kAround * radius, kMargin, 4 * cell,
-                      kAround * radius, kReach, 0);
+    map = find_fronts(device, view, source, chunk,
+                      {.cell = cell,
+                       .border = kAround * radius,
+                       .margin = kMargin,
+                       .block = 4 * cell,
+                       .around = kAround * radius,
+                       .reach = kReach});
   }
   filling.clock.start("select");
   Particles kept;

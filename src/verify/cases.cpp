@@ -1,6 +1,5 @@
 #include "verify/cases.hpp"
 
-#include <algorithm>
 #include <numeric>
 
 #include "meniscus/meniscus.hpp"
@@ -20,7 +19,9 @@ void run_stream(Device& device, const Scene& scene) {
   const View view = make_view(scene.camera, scene.particles.particle_radius, {0, 0, 0});
   // All in one part: the next one would find what the last one left in the list, in any order.
   const std::size_t all = scene.particles.size();
-  const FrontMap map = find_fronts(device, view, *source, all, 2, 4, 2, 8, 8, 4, 0.8);
+  const FrontMap map = find_fronts(
+      device, view, *source, all,
+      {.cell = 2, .border = 4, .margin = 2, .block = 8, .around = 8, .reach = 4, .thickness = 0.8});
   select_near(device, view, *source, all, map, {}, [](const auto&, const auto&) {});
   device.state().stage.clear();
 }

@@ -143,7 +143,14 @@ int main() try {
     }
     const auto source = source_of(scene.particles);
     const View view = make_view(scene.camera, 0.5, {0, 0, 0});
-    const FrontMap map = find_fronts(device, view, *source, 64, 2, 4, 2, 8, 8, 4, 0.8);
+    const FrontMap map = find_fronts(device, view, *source, 64,
+                                     {.cell = 2,
+                                      .border = 4,
+                                      .margin = 2,
+                                      .block = 8,
+                                      .around = 8,
+                                      .reach = 4,
+                                      .thickness = 0.8});
     select_near(device, view, *source, 64, map, {}, [](const auto&, const auto&) {});
     // What only larger frames need: large fills, particles in several chunks.
     auto staging = std::move(device.state().staging);  // a CPU has none

@@ -98,8 +98,9 @@ TEST_P(Gather, FindsTheNearestDepthOfEveryCell) {
       use_width(width);
       // A margin that reaches beyond the border; no cell is alone or a pore where all are looked at
       // as they are, so that only fronts and limits are compared.
-      const FrontMap map =
-          find_fronts(device_, view, *source_of(kept), chunk, kCell, kBorder, 500, kCell, 0, 7, 0);
+      const FrontMap map = find_fronts(
+          device_, view, *source_of(kept), chunk,
+          {.cell = kCell, .border = kBorder, .margin = 500, .block = kCell, .reach = 7});
       ASSERT_EQ(map.border, 4);
       ASSERT_EQ(map.nx, 34 + 8);
       ASSERT_EQ(map.ny, 26 + 8);
@@ -131,8 +132,9 @@ TEST_P(Gather, TellsTheFrontLayerOfASlope) {
           particles.z.push_back(static_cast<float>(world.z));
         }
     const double spacing = 2 * view.u_scale / view.w_row[3];
-    const FrontMap map = find_fronts(device_, view, *source_of(particles), 1 << 14, 1.5 * spacing,
-                                     0, 4, 6 * spacing, 0, 1e4, 0.8);
+    const FrontMap map = find_fronts(
+        device_, view, *source_of(particles), 1 << 14,
+        {.cell = 1.5 * spacing, .margin = 4, .block = 6 * spacing, .reach = 1e4, .thickness = 0.8});
     int seen = 0, of_front = 0, wrong = 0;
     for (const auto& [place, is_seen] : select(device_, view, particles, 1 << 14, map)) {
       const bool is_front = front.contains(place);
@@ -164,7 +166,8 @@ TEST_P(Gather, LimitsEndBehindTheFrontButNotAtGaps) {
   const std::size_t first_behind = particles.size();
   for (int i = 0; i < 40; ++i) add(4 * i + 2, 42, 400);
   const FrontMap map =
-      find_fronts(device_, view, *source_of(particles), 100, 4, 0, 1, 8, 16, 50, 1);
+      find_fronts(device_, view, *source_of(particles), 100,
+                  {.cell = 4, .margin = 1, .block = 8, .around = 16, .reach = 50, .thickness = 1});
   const Places found = select(device_, view, particles, 100, map);
   std::vector<std::int64_t> behind;
   for (const auto& [place, seen] : found)
