@@ -38,19 +38,14 @@ void XmlScan::fail_at(std::size_t at, const std::string& message) const {
   throw InputError(file_ + ": " + byte_place(at) + ": " + message);
 }
 
-std::optional<XmlTag> XmlScan::next() {
+bool XmlScan::go_to_tag() {
   const auto behind = [&](std::string_view end, std::size_t from) {
     const std::size_t found = text_.find(end, from);
     if (found == std::string_view::npos)
       fail_at(at_, "the text ends before " + std::string(end) + " (truncated?)");
     return found + end.size();
   };
-  for (;;) {
-    at_ = text_.find('<', at_);
-    if (at_ == std::string_view::npos) {
-      at_ = text_.size();
-      return std::nullopt;
-    }
+  while ((at_ = text_.find('<', at_)) != std::string_view::npos) {
     const std::string_view rest = text_.substr(at_);
     if (rest.starts_with("<!--"))
       at_ = behind("-->", at_ + 4);
@@ -59,8 +54,14 @@ std::optional<XmlTag> XmlScan::next() {
     else if (rest.starts_with("<?") || rest.starts_with("<!"))
       at_ = behind(">", at_);
     else
-      break;
+      return true;
   }
+  at_ = text_.size();
+  return false;
+}
+
+std::optional<XmlTag> XmlScan::next() {
+  if (!go_to_tag()) return std::nullopt;
   XmlTag tag;
   tag.at = at_;
   std::size_t at = at_ + 1;

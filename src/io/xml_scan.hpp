@@ -30,6 +30,8 @@ class XmlScan {
   std::optional<XmlTag> next();
 
  private:
+  /// Goes to the next tag, past comments and the like; false at the end.
+  bool go_to_tag();
   [[noreturn]] void fail_at(std::size_t at, const std::string& message) const;
   std::string_view text_;
   std::string file_;
