@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include "base/printed.hpp"
 #include "device/installation.hpp"
@@ -95,44 +96,6 @@ std::string range_of(const Range& range) {
          std::to_string(range.group_x) + " x " + std::to_string(range.group_y);
 }
 
-struct WrittenArguments {
-  std::string lines;  // of launch.txt
-  std::string table;  // rows of the README's
-};
-
-// Writes the buffers of a launch into a folder.
-WrittenArguments write_arguments(const fs::path& folder, const SavedLaunch& launch) {
-  WrittenArguments written;
-  for (std::size_t k = 0; k < launch.arguments.size(); ++k) {
-    const SavedLaunch::Argument& argument = launch.arguments[k];
-    const std::string own = argument.name.empty() ? "argument" : argument.name;
-    const std::size_t bytes = argument.before.size();
-    written.table += "| " + std::to_string(k) + " | " + own + " | ";
-    if (!argument.is_buffer) {
-      written.lines += "scalar " + own + " " + hex_of(argument.before) + "\n";
-      written.table += counted(bytes, "byte") + " | " + hex_of(argument.before) + " |\n";
-      continue;
-    }
-    const std::string before = printed("%02zu_", k) + plain(own) + ".before.bin",
-                      after = printed("%02zu_", k) + plain(own) + ".expected.bin";
-    write_file(folder / before, argument.before);
-    const bool same = argument.expected && *argument.expected == argument.before;
-    if (argument.expected && !same) write_file(folder / after, *argument.expected);
-    const std::string expected = !argument.expected ? "-" : same ? before : after;
-    written.lines += "buffer " + own + " floats " + (argument.floats ? "1" : "0") + " entry " +
-                     std::to_string(unordered_entry(own)) + " bytes " + std::to_string(bytes) +
-                     " room " + std::to_string(argument.room) + " " + before + " " + expected +
-                     "\n";
-    written.table += counted(bytes, "byte") + (argument.floats ? " of floats" : "") + " | " +
-                     before +
-                     (same                ? ", stays as it is"
-                      : argument.expected ? ", becomes " + after
-                                          : "") +
-                     " |\n";
-  }
-  return written;
-}
-
 }  // namespace
 
 Reproducers::Reproducers(std::string folder, const DeviceInfo& device, OtherDevices others)
@@ -171,15 +134,39 @@ std::string Reproducers::write(SavedLaunch launch, const std::string& where,
   if (!fs::create_directories(unfinished, error))
     throw OutputError(cannot_be_written(unfinished.string(), error.value()));
 
-  std::string text = "device " + in_one_line(device_.name) + "\n";
+  std::string text = "device " + in_one_line(device_.name) + "\n", table;
   if (const char* mode = std::getenv(kIntelVectorizer))
     text += std::string("environment ") + kIntelVectorizer + " " + mode + "\n";
   text += "kernel " + launch.kernel + "\noptions " + in_one_line(launch.build_options) +
           "\nrange " + std::to_string(launch.range.nx) + " " + std::to_string(launch.range.ny) +
           " groups " + std::to_string(launch.range.group_x) + " " +
           std::to_string(launch.range.group_y) + "\n";
-  const WrittenArguments arguments = write_arguments(unfinished, launch);
-  write_file(unfinished / "launch.txt", text + arguments.lines);
+  for (std::size_t k = 0; k < launch.arguments.size(); ++k) {
+    const SavedLaunch::Argument& argument = launch.arguments[k];
+    const std::string own = argument.name.empty() ? "argument" : argument.name;
+    table += "| " + std::to_string(k) + " | " + own + " | ";
+    if (!argument.is_buffer) {
+      text += "scalar " + own + " " + hex_of(argument.before) + "\n";
+      table += counted(argument.before.size(), "byte") + " | " + hex_of(argument.before) + " |\n";
+      continue;
+    }
+    const std::string before = printed("%02zu_", k) + plain(own) + ".before.bin",
+                      after = printed("%02zu_", k) + plain(own) + ".expected.bin";
+    write_file(unfinished / before, argument.before);
+    const bool same = argument.expected && *argument.expected == argument.before;
+    if (argument.expected && !same) write_file(unfinished / after, *argument.expected);
+    const std::string expected = !argument.expected ? "-" : same ? before : after;
+    const std::size_t bytes = argument.before.size();
+    text += "buffer " + own + " floats " + (argument.floats ? "1" : "0") + " entry " +
+            std::to_string(unordered_entry(own)) + " bytes " + std::to_string(bytes) + " room " +
+            std::to_string(argument.room) + " " + before + " " + expected + "\n";
+    table += counted(bytes, "byte") + (argument.floats ? " of floats" : "") + " | " + before +
+             (same                ? ", stays as it is"
+              : argument.expected ? ", becomes " + after
+                                  : "") +
+             " |\n";
+  }
+  write_file(unfinished / "launch.txt", text);
   write_file(unfinished / "kernel.cl", launch.source);
   for (const char* file : {"host.c", "Makefile"}) write_file(unfinished / file, repro_file(file));
   write_file(
@@ -199,7 +186,7 @@ std::string Reproducers::write(SavedLaunch launch, const std::string& where,
           "\n- Source: kernel.cl, which is records.h, nouns.h, prelude.cl and " + launch.file +
           " in one; built with `" + launch.build_options + "`\n- Range: " + range_of(launch.range) +
           "\n- Expected bits: " + origin +
-          "\n\n| argument | name | size | value |\n|---|---|---|---|\n" + arguments.table);
+          "\n\n| argument | name | size | value |\n|---|---|---|---|\n" + table);
   fs::rename(unfinished, folder, error);
   if (error) throw OutputError(cannot_be_written(folder.string(), error.value()));
   return folder.string();
