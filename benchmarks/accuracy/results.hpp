@@ -1,7 +1,6 @@
 // What the scenes gave, as rows, JSON and a report.
 #pragma once
 
-#include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>

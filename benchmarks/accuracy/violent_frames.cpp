@@ -2,7 +2,6 @@
 // smoothed over their spacing; the solid is filled with other, finer particles.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "accuracy/splash.hpp"
 #include "accuracy/violent.hpp"

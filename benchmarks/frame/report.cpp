@@ -1,7 +1,6 @@
 #include "frame/report.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 

@@ -1,7 +1,6 @@
 // Which way of launching kernels is fastest on a device.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -29,10 +28,9 @@ struct TuningRun {
 /// frames spread.
 bool is_faster(const Trial& trial, const Trial& usual);
 
-/// Extracts `frame` by method fit in both vector widths, then in the faster width with discs drawn the
-/// other way, then in the fastest of these with groups of 16 to 256 work-items, in turns, `rounds`
-/// times each. Only ways with the default's bits can be the
-/// best.
+/// Extracts `frame` by method fit in both vector widths, then in the faster width with discs drawn
+/// the other way, then in the fastest of these with groups of 16 to 256 work-items, in turns,
+/// `rounds` times each. Only ways with the default's bits can be the best.
 TuningRun tune(const DeviceInfo& info, const FrameInput& frame, int rounds,
                const std::function<void(const std::string&)>& say);
 

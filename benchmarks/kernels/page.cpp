@@ -1,7 +1,6 @@
 #include "kernels/page.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "base/printed.hpp"
 #include "kernels/table.hpp"

@@ -1,6 +1,4 @@
 // The kernels that make the image of method fit out of its fits: measured in whole frames.
-#include <cmath>
-#include <memory>
 
 #include "kernels/capture.hpp"
 #include "kernels/cases.hpp"

@@ -1,7 +1,6 @@
 // The one door: checks, a frame filled from whatever holds the particles, the method, and the way
 // back to world space.
 #include <cmath>
-#include <string>
 #include <utility>
 
 #include "api/host_threads.hpp"

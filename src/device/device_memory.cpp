@@ -1,6 +1,5 @@
 // What a device's state does with memory: buffers taken, filled, written and read.
 #include <algorithm>
-#include <array>
 
 #include "device/device.hpp"
 #include "device/kernels.hpp"

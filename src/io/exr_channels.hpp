@@ -3,9 +3,7 @@
 
 #include <ImfPixelType.h>
 
-#include <cstdint>
 #include <string>
-#include <vector>
 
 #include "meniscus/types.hpp"
 #include "meniscus/whitewater.hpp"

@@ -8,7 +8,6 @@
 // Each kind of value has a file of its own: fluidparticlesvelocity000001.ffp3 beside the positions.
 #include <algorithm>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 

@@ -3,7 +3,6 @@
 #include <bit>
 #include <charconv>
 #include <cstring>
-#include <vector>
 
 #include "io/input_file.hpp"
 #include "io/mesh_formats.hpp"

@@ -1,7 +1,6 @@
 #include "prepare/choose_radius.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "base/printed.hpp"
 #include "base/team.hpp"

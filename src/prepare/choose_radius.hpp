@@ -1,9 +1,7 @@
 // The radius of a frame's particles, wherever they come from.
 #pragma once
 
-#include <cstdint>
 #include <functional>
-#include <string>
 #include <vector>
 
 #include "meniscus/borrowed.hpp"

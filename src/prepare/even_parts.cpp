@@ -1,9 +1,7 @@
 #include "prepare/even_parts.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <limits>
-#include <utility>
 
 #include "base/team.hpp"
 #include "device/give_back.hpp"

@@ -1,7 +1,6 @@
 #include "prepare/fill.hpp"
 
 #include <array>
-#include <cmath>
 #include <functional>
 #include <utility>
 

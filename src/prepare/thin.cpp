@@ -1,7 +1,6 @@
 #include "prepare/thin.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 
 #include "base/exact_math.hpp"

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cfloat>
-#include <cmath>
 
 #include "accuracy/figures/flicker.hpp"
 #include "accuracy/random.hpp"

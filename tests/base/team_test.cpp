@@ -3,8 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <atomic>
-
 #include "base/thread_team.hpp"
 
 namespace meniscus {

@@ -5,7 +5,6 @@
 #include <tbb/version.h>
 
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 
 #include "io/temporary_folder.hpp"

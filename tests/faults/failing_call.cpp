@@ -6,7 +6,6 @@
 #include <CL/cl.h>
 #include <dlfcn.h>
 
-#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <map>

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <limits>
 #include <random>
-#include <tuple>
 
 #include "meniscus/error.hpp"
 #include "texts.hpp"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "output/spray.hpp"
 #include "stages/stage_test_support.hpp"

@@ -3,9 +3,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 
+#include "base/elapsed.hpp"
 #include "base/printed.hpp"
 #include "program/batch/plan.hpp"
 #include "program/cli/progress.hpp"
@@ -37,9 +37,7 @@ BatchProgress::~BatchProgress() {
                            " more kinds of warnings, see above");
 }
 
-double BatchProgress::seconds() const {
-  return std::chrono::duration<double>(Clock::now() - begin_).count();
-}
+double BatchProgress::seconds() const { return seconds_since(begin_); }
 
 void BatchProgress::over(const FrameRecord& record) {
   ++over_;

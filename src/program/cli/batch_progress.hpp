@@ -4,7 +4,6 @@
 #include <array>
 #include <chrono>
 #include <cstddef>
-#include <string>
 
 #include "program/batch/record.hpp"
 #include "program/batch/warnings.hpp"

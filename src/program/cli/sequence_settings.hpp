@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "program/batch/camera_track.hpp"
 #include "program/batch/plan.hpp"

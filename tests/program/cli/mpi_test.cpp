@@ -1,6 +1,5 @@
 // The program under mpirun: the bytes of one process, one error line, nobody left behind.
 #include <gmock/gmock.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <array>
@@ -8,7 +7,6 @@
 #include <cmath>
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 #include <thread>
 
 #include "program/cli/program.hpp"
