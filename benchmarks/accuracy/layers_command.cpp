@@ -51,7 +51,7 @@ void measure_setting(Device& device, const ScenesOptions& scenes, const Setup& s
     const Scene& scene = find_scene(name);
     if (!scene.splash.empty()) continue;  // whose truth is a field
     for (const std::uint64_t seed : seeds_named(scenes.seeds)) {
-      const Lens lens = lens_of(shown(scene, setup, seed), setup.orthographic);
+      const Lens lens = lens_of(posed_for(scene, setup, seed), setup.orthographic);
       Parameters parameters;
       parameters.particle_radius = kParticleRadius;
       parameters.mesh = false;

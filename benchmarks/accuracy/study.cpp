@@ -26,7 +26,7 @@ Flow flow_of(const Case& scene_case, const Scene& scene, const Motion& motion, d
 
 }  // namespace
 
-Scene shown(const Scene& scene, const Setup& setup, std::uint64_t seed) {
+Scene posed_for(const Scene& scene, const Setup& setup, std::uint64_t seed) {
   const Scene turned = moved_back(posed(scene, seed), setup.distance);
   return setup.scale > 0 ? scaled(turned, setup.scale) : turned;
 }
@@ -39,7 +39,7 @@ std::vector<Case> make_cases(const std::vector<std::string>& scene_names,
       cases.push_back({&find_scene(name), seed, {}, {}, setup.jitter, {}});
   for_each_index(static_cast<int>(cases.size()), [&](int k) {
     Case& c = cases[k];
-    const Scene scene = shown(*c.scene, setup, c.seed);
+    const Scene scene = posed_for(*c.scene, setup, c.seed);
     c.particles = make_particles(scene, setup.noise, c.seed, setup.filling);
     c.truths.push_back(trace(scene, lens_of(scene, setup.orthographic)));
     const bool is_steady_seed = k % seeds.size() < setup.moving_seeds;

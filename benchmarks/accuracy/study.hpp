@@ -51,8 +51,8 @@ struct Case {
   std::vector<Flow> flows;
 };
 
-/// The scene as the setup and the seed show it: its camera alone is another.
-Scene shown(const Scene& scene, const Setup& setup, std::uint64_t seed);
+/// The scene with the camera that the setup and the seed give it.
+Scene posed_for(const Scene& scene, const Setup& setup, std::uint64_t seed);
 
 /// All scenes with all seeds, scene by scene. The same on any number of processors.
 std::vector<Case> make_cases(const std::vector<std::string>& scene_names,
