@@ -105,6 +105,7 @@ const Fault kFaults[] = {
     {"blend", 9, "hits.cl", "fabs(B) + sqrt(D)", "fabs(B) + 1.0001f * sqrt(D)"},
     {"blend", 23, "hits.cl", "#define GRAZE 0.3f", "#define GRAZE 0.303f"},
     {"blend", 23, "hits.cl", "#define OVER 0.06f", "#define OVER 0.08f"},
+    {"blend", 23, "hits.cl", "fma(FARTHER * round", "fma(1.3f * FARTHER * round"},
     {"blend", 23, "blend.cl", "(within > beyond)", "(within < beyond)"},
     {"blend", 23, "blend.cl", "smooth_step(0.95f, 0.98f, length)",
      "smooth_step(0.94f, 0.98f, length)"},
