@@ -255,11 +255,10 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
   for (float& each : result.residual) each *= static_cast<float>(fluid.disorder.unit());
   result.disorder = fluid.disorder;
   if (params.image && params.layers > 0)
-    result.layers =
-        find_layers(device, view,
-                    {fluid.particles, fluid.host_cells, fluid.cells, fluid.levelled,
-                     fluid.measured.part<0>(), around, std::move(fits), trust, seeds.places.index},
-                    front_of(device, view, result.image, params.layers), params, clock);
+    result.layers = find_layers(device, view,
+                                {fluid.particles, fluid.cells, fluid.levelled, around,
+                                 std::move(fits), trust, seeds.places.index},
+                                front_of(device, view, result.image, params.layers), params, clock);
   clock.stop();
   return result;
 }

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <utility>
 
+#include "base/key_table.hpp"
 #include "base/parallel.hpp"
 #include "methods/closed_steps.hpp"
 #include "methods/contour.hpp"
@@ -28,13 +28,13 @@ namespace {
 // view seems to end there, and fits that lie at such an end must not reach the screen.
 constexpr double kMargin = 16;
 
-// The mesh's cells, and how near to particles that see air their corners are asked at first;
+// The mesh's cells, and how near to the surface's particles their corners are asked at first;
 // particle radii.
 constexpr double kCell = 2, kBand = 2;
 
 // The field tells the cells that the surface passes through, the fits where it is: that may be up
 // to two radii away, and in a cell beside it.
-constexpr Placing kPlacing{.most_off = 2, .margin = -0.5, .sheets_by_mean = true};
+constexpr Placing kPlacing{.most_off = 2, .margin = -0.5, .quick = true};
 
 // Crossings that lie less than this behind the front (particle radii) and face the eye by more than
 // this cosine are the front itself. The mesh has nothing of cells that have no others: rays enter
@@ -55,9 +55,17 @@ constexpr double kFlat = 0.02, kOtherSide = -0.5;
 constexpr double kMostRound = 0.5, kBendReach = 16, kBendCube = 16;
 constexpr std::size_t kGrain = 256;  // particles, crossings that are worth a thread
 
+// A cube of space that holds a place, in one number.
+std::uint64_t cube_of(const Vec3d& at, double side) {
+  const auto part = [&](double along) {
+    return static_cast<std::int32_t>(std::clamp(std::floor(along / side), -1e6, 1e6));
+  };
+  return key_of({part(at.x), part(at.y), part(at.z)});
+}
+
 // The particles to fit where the front has no fits: one after the other, but for those that a
 // fitted one speaks for.
-Visible choose_hidden(const KnownFluid& known) {
+Visible choose_hidden(const KnownFluid& known, const Cells& cells) {
   const SurfaceParticles& around = known.around;
   std::vector<char> is_fitted(around.index.size());
   for (const std::int32_t place : places_in(around.index, known.fitted))
@@ -69,7 +77,7 @@ Visible choose_hidden(const KnownFluid& known) {
     places.push_back(k);
     unfitted.push_back(around.index[k]);
   }
-  const NearLists near = list_near(known.particles, unfitted, around.index, kSpokenFor);
+  const NearLists near = list_near(known.particles, unfitted, cells, kSpokenFor);
   Visible hidden;
   for (std::size_t k = 0; k < unfitted.size(); ++k) {
     const Vec3d& normal = around.normal[places[k]];
@@ -92,19 +100,19 @@ struct FrontBends {
 };
 
 std::vector<FrontBends> bends_of(const ParticleFits& front) {
-  std::map<std::array<double, 3>, FrontBends> cubes;
+  KeyTable cubes;
+  std::vector<FrontBends> bends;
   for (std::size_t k = 0; k < front.size(); ++k) {
     const double round = front.roundness[k], bend = std::max(round, 1 - front.edge[k]);
     if (bend <= 0) continue;
-    const Vec3d &at = front.position[k], in = at / kBendCube;
-    FrontBends& cube = cubes[{std::floor(in.x), std::floor(in.y), std::floor(in.z)}];
-    cube.centre += at * bend;
-    cube.round += round;
-    cube.all += bend;
+    const Vec3d& at = front.position[k];
+    const std::uint32_t cube = cubes.add(cube_of(at, kBendCube));
+    if (cube == bends.size()) bends.emplace_back();
+    bends[cube].centre += at * bend;
+    bends[cube].round += round;
+    bends[cube].all += bend;
   }
-  std::vector<FrontBends> bends;
-  for (const auto& [place, sum] : cubes)
-    bends.push_back({sum.centre / sum.all, sum.round, sum.all});
+  for (FrontBends& cube : bends) cube.centre = cube.centre / cube.all;
   return bends;
 }
 
@@ -123,9 +131,9 @@ bool is_among_creases(const std::vector<FrontBends>& bends, const Vec3d& at) {
 // Those of them that may be round: about which normals turn, and not among creases. The fits behind
 // the front are few, and two sheets of few fits follow a crease badly: their trials alone take it
 // for round.
-Visible choose_bent(const KnownFluid& known, const Visible& hidden) {
+Visible choose_bent(const KnownFluid& known, const Cells& cells, const Visible& hidden) {
   const SurfaceParticles& around = known.around;
-  const NearLists near = list_near(known.particles, hidden.index, around.index, kEvidenceReach);
+  const NearLists near = list_near(known.particles, hidden.index, cells, kEvidenceReach);
   const std::vector<std::int32_t> places = places_in(around.index, hidden.index);
   const auto turn_at = [&](std::size_t k) {
     const auto own = static_cast<std::size_t>(places[k]);
@@ -161,13 +169,15 @@ Visible choose_bent(const KnownFluid& known, const Visible& hidden) {
 
 // Most particles around hidden fits have no fit, and normals as rough as they came, as around
 // groups: hidden fits are not firm, as those of groups of one.
-ParticleFits fit_hidden(Device& device, const KnownFluid& known, const Visible& hidden,
-                        const Parameters& params) {
+ParticleFits fit_hidden(Device& device, const KnownFluid& known, const Parameters& params) {
   const SurfaceParticles& around = known.around;
+  const Cells cells =
+      cells_of(known.particles, around.index, std::max(kSpokenFor, double{kEvidenceReach}));
+  const Visible hidden = choose_hidden(known, cells);
   const FitNeighbours neighbours =
       find_neighbours(device, known.particles, hidden, around.index, params.fit.support);
   const TrialPlaces trials =
-      find_trials(device, known.particles, choose_bent(known, hidden), around.index);
+      find_trials(device, known.particles, choose_bent(known, cells, hidden), around.index);
   const FitSurface surface = upload_surface(device, known.particles, around);
   measure_roundness(device, surface, trials, params.fit, params.blend, params.disorder);
   const std::vector<double> of_groups(hidden.index.size(), 0);
@@ -242,15 +252,14 @@ std::vector<std::uint32_t> list_hidden(const View& view, const std::vector<float
   return hidden;
 }
 
-// The particles that see air, but for strays that lie so far away that no mesh reaches them.
-Points seeds_of(Device& device, const KnownFluid& known) {
-  const HostView gradients(device, known.field);
-  const Points all = near_air(known.host_cells, gradients.data());
+// The surface's particles, but for strays that lie so far away that no mesh reaches them.
+Points seeds_of(const KnownFluid& known) {
   const double farthest = farthest_point(kBand, kCell);
   Points seeds;
-  for (std::size_t p = 0; p < all.size(); ++p)
-    if (std::max({std::abs(all.x[p]), std::abs(all.y[p]), std::abs(all.z[p])}) <= farthest)
-      seeds.add({all.x[p], all.y[p], all.z[p]});
+  for (const std::int32_t i : known.around.index) {
+    const Vec3d at = known.particles.eye(static_cast<std::size_t>(i));
+    if (std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)}) <= farthest) seeds.add(at);
+  }
   return seeds;
 }
 
@@ -261,7 +270,7 @@ DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>&
   clock.start("corners");
   ImplicitFunction field = function;
   field.alone = true;
-  SpaceGrid grid = grid_around(seeds_of(device, known), kBand, kCell);
+  SpaceGrid grid = grid_around(seeds_of(known), kBand, kCell);
   close_grid(device, field, grid);
   clock.start("crossings");
   CrossedEdges edges = list_crossings(grid);
@@ -291,8 +300,7 @@ std::vector<float> front_of(Device& device, const View& view, const SurfaceBuffe
 Layers find_layers(Device& device, const View& view, KnownFluid known, std::vector<float> front,
                    const Parameters& params, StageClock& clock) {
   clock.start("fit");
-  const Visible hidden = choose_hidden(known);
-  const ParticleFits more = fit_hidden(device, known, hidden, params);
+  const ParticleFits more = fit_hidden(device, known, params);
   clock.start("trust");
   append(known.trust, trust_of(more, params.disorder));
   join_fits(known.fits, more);
@@ -325,8 +333,8 @@ Layers run_layers(Device& device, const View& view, const WorldParticles& partic
     found = find_surface({}, host_cells, {gradients.data(), gradients.size()}, params.disorder);
   }
   const SurfaceParticles around = with_normals(std::move(found), {}, {});
-  return find_layers(device, in, {placed, host_cells, cells, levelled, field, around, {}, {}, {}},
-                     std::move(front), params, clock);
+  return find_layers(device, in, {placed, cells, levelled, around, {}, {}, {}}, std::move(front),
+                     params, clock);
 }
 
 }  // namespace meniscus

@@ -15,9 +15,7 @@ namespace meniscus {
 /// What is known of a fluid once its front is made.
 struct KnownFluid {
   const Projected& particles;
-  const Cells& host_cells;              // of all of them, side kDensitySupport
-  const DeviceCells &cells, &levelled;  // the same
-  const Buffer<float>& field;           // measure_gradients() over them, near air
+  const DeviceCells &cells, &levelled;  // of all of them, side kDensitySupport
   const SurfaceParticles& around;       // the surface's particles
   ParticleFits fits;                    // of the front
   std::vector<double> trust;            // [fits]

@@ -18,8 +18,9 @@ struct Placing {
                            // more, F jumps there
   double margin = 0.01;    // vertices keep this share of a cell from its faces, so that no two of
                            // them coincide; below 0: leave it by as much
-  bool sheets_by_mean = false;  // one smooth sheet's vertex moves along the mean of its normals,
-                                // not along the eigenvector: quicker, and nearly the same
+  bool quick = false;      // without eigenvalues, and nearly the same: one smooth sheet's vertex
+                           // moves along the mean of its normals, others by nearest_damped(); none
+                           // is told to be sharp
 };
 
 /// The vertices of a grid's surface: each is where the planes of its piece's crossings meet, as far

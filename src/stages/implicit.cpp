@@ -60,12 +60,6 @@ void Points::clear() {
   for (std::vector<float>* const axis : {&x, &y, &z}) axis->clear();
 }
 
-void Points::add(const Vec3d& at) {
-  x.push_back(static_cast<float>(at.x));
-  y.push_back(static_cast<float>(at.y));
-  z.push_back(static_cast<float>(at.z));
-}
-
 void Points::pad(std::size_t together) {
   if (size() == 0) return;
   const std::size_t padded = (size() + together - 1) / together * together;

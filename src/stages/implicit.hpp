@@ -38,7 +38,11 @@ struct Points {
   std::size_t size() const { return x.size(); }
   void reserve(std::size_t n);
   void clear();
-  void add(const Vec3d& at);
+  void add(const Vec3d& at) {
+    x.push_back(static_cast<float>(at.x));
+    y.push_back(static_cast<float>(at.y));
+    z.push_back(static_cast<float>(at.z));
+  }
   /// Repeats the last point until there is a multiple of `together`.
   void pad(std::size_t together);
 };

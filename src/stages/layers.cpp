@@ -43,6 +43,7 @@ struct ScreenCorner {
   double inverse_w = 0;
   Vec3d normal;  // world axes
   bool usable = false;
+  bool shown = false;  // not farther behind the front of its pixel than entries that tell nothing
 };
 
 // A triangle that rays may meet. Its inside is to the right of its edges; the k-th lies opposite
@@ -115,8 +116,10 @@ std::array<Vec3d, 3> normals_of(const View& view, const DualMesh& mesh, const Fa
   return normals;
 }
 
-// Projects the mesh, and lists the faces of each band of rows.
-ScreenMesh project_mesh(const View& view, const DualMesh& mesh) {
+// Projects the mesh, and lists the faces of each band of rows. Those that rays enter at the front
+// are left out: most that they enter.
+ScreenMesh project_mesh(const View& view, const DualMesh& mesh, const float* front,
+                        float least_air) {
   ScreenMesh screen;
   screen.corner.resize(mesh.position.size());
   parallel_for(screen.corner.size(), 4096, [&](std::size_t begin, std::size_t end) {
@@ -133,6 +136,14 @@ ScreenMesh project_mesh(const View& view, const DualMesh& mesh) {
                           world_direction(view, mesh.normal[k]),
                           true};
     }
+    // Pixels lie far from each other in memory: a loop that does nothing else waits for many at
+    // once.
+    for (std::size_t k = begin; k < end; ++k) {
+      ScreenCorner& corner = screen.corner[k];
+      const std::int64_t column = corner.u >> kSubpixelBits, row = corner.v >> kSubpixelBits;
+      if (column < 0 || row < 0 || column >= view.width || row >= view.height) continue;
+      corner.shown = corner.depth <= double{front[row * view.width + column]} + least_air;
+    }
   });
   screen.of_band.resize(static_cast<std::size_t>((view.height + kRowsDrawn - 1) / kRowsDrawn));
   screen.face.reserve(mesh.triangle.size());
@@ -140,14 +151,14 @@ ScreenMesh project_mesh(const View& view, const DualMesh& mesh) {
     const auto [a, b, c] = corners_of(screen, t);
     if (!a->usable || !b->usable || !c->usable) continue;
     const std::int64_t area = side_of(*a, *b, c->u, c->v);
-    if (area == 0) continue;
+    const bool enters = area < 0;  // rows run down
+    if (area == 0 || (enters && a->shown && b->shown && c->shown)) continue;
     const std::array<int, 2> columns = pixels_between(a->u, b->u, c->u, view.width),
                              rows = pixels_between(a->v, b->v, c->v, view.height);
     if (columns[0] >= columns[1] || rows[0] >= rows[1]) continue;
     const auto number = static_cast<std::uint32_t>(screen.face.size());
     for (int band = rows[0] / kRowsDrawn; band <= (rows[1] - 1) / kRowsDrawn; ++band)
       screen.of_band[static_cast<std::size_t>(band)].push_back(number);
-    const bool enters = area < 0;  // rows run down
     if (enters) std::swap(t[1], t[2]);
     screen.face.push_back({t, columns, rows, enters});
   }
@@ -399,9 +410,9 @@ Layers trace_layers(const View& view, const DualMesh& mesh, std::vector<float> f
   layers.entry.resize(pixels * static_cast<std::size_t>(most), kNoSurface);
   layers.exit.resize(pixels * static_cast<std::size_t>(most), kNoSurface);
 
-  const ScreenMesh screen = project_mesh(view, mesh);
   const LayerLoops loops = layer_loops()[0];
   const auto least_air = static_cast<float>(kThinnest * view.radius / most_stretch(view));
+  const ScreenMesh screen = project_mesh(view, mesh, layers.entry.data(), least_air);
   parallel_for(screen.of_band.size(), 1, [&](std::size_t begin, std::size_t end) {
     BandCrossings band(kRowsDrawn, view.width);
     PixelCrossings of_pixels(band);

@@ -1,6 +1,7 @@
 #include "stages/planes_in_box.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 
@@ -57,6 +58,15 @@ Eigen::Vector3d nearest_in_box(const Planes& planes, const Eigen::Vector3d& low,
     x[farthest] = std::clamp(x[farthest], low[farthest], low[farthest] + side);
   }
   return x;
+}
+
+// The second round takes back most of what the first one falls short by: with a damping of .02 it
+// leaves .3 % where a third of the planes tells of a direction.
+Eigen::Vector3d nearest_damped(const Planes& planes, double damping) {
+  const Eigen::Matrix3d inverse =
+      (planes.normals + damping * planes.normals.trace() * Eigen::Matrix3d::Identity()).inverse();
+  const Eigen::Vector3d x = inverse * planes.off;
+  return x + inverse * (planes.off - planes.normals * x);
 }
 
 }  // namespace meniscus

@@ -27,23 +27,15 @@ Place place_of(std::uint64_t key) {
   return {part(0), part(21), part(42)};
 }
 
-// The numbers of blocks by their keys.
-KeyTable numbers_of(const std::vector<CornerBlock>& blocks) {
-  KeyTable numbers;
-  for (const CornerBlock& block : blocks) numbers.add(key_of(block.at));
-  return numbers;
-}
-
 static_assert(static_cast<std::int32_t>(KeyTable::kNone) == kNoBlock);
-std::int32_t find_block(const KeyTable& numbers, std::uint64_t key) {
-  return static_cast<std::int32_t>(numbers.find(key));
+std::int32_t find_block(const SpaceGrid& grid, std::uint64_t key) {
+  return static_cast<std::int32_t>(grid.numbers.find(key));
 }
 
 // Finds who is around the blocks from the first one on, which are new. Of two new blocks the one
 // that comes behind the other, z, y, x, looks for it, and both learn of each other.
 void find_around(SpaceGrid& grid, std::size_t first) {
   constexpr int kSelf = 13;
-  const KeyTable numbers = numbers_of(grid.blocks);
   std::array<std::int32_t, 27> nobody;
   nobody.fill(kNoBlock);
   grid.around.resize(grid.blocks.size(), nobody);
@@ -53,8 +45,8 @@ void find_around(SpaceGrid& grid, std::size_t first) {
       grid.around[b][kSelf] = static_cast<std::int32_t>(b);
       for (int n = 0; n < (first > 0 ? 27 : kSelf); ++n) {
         if (n == kSelf) continue;
-        const std::int32_t other = find_block(
-            numbers, key_of({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1}));
+        const std::int32_t other =
+            find_block(grid, key_of({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1}));
         if (other == kNoBlock || (n > kSelf && static_cast<std::size_t>(other) >= first)) continue;
         grid.around[b][static_cast<std::size_t>(n)] = other;
         grid.around[static_cast<std::size_t>(other)][static_cast<std::size_t>(26 - n)] =
@@ -74,7 +66,10 @@ void add_blocks(SpaceGrid& grid, std::vector<std::uint64_t> keys) {
                                 " corners of cells");
   const std::size_t first = grid.blocks.size();
   grid.blocks.reserve(first + keys.size());
-  for (const std::uint64_t key : keys) grid.blocks.push_back({.at = place_of(key)});
+  for (const std::uint64_t key : keys) {
+    grid.numbers.add(key);
+    grid.blocks.push_back({.at = place_of(key)});
+  }
   find_around(grid, first);
 }
 
@@ -200,9 +195,8 @@ void want_blocks(SpaceGrid& grid, const std::vector<BlockCorners>& corners) {
   keys.reserve(corners.size());
   for (const auto& [key, mask] : corners) keys.push_back(key);
   add_blocks(grid, std::move(keys));
-  const KeyTable numbers = numbers_of(grid.blocks);
   for (const auto& [key, mask] : corners)
-    grid.blocks[static_cast<std::size_t>(find_block(numbers, key))].wanted |= mask;
+    grid.blocks[static_cast<std::size_t>(find_block(grid, key))].wanted |= mask;
 }
 
 // Wants those corners of the block around another one that are not known. Returns whether there are

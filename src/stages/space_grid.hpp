@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/key_table.hpp"
 #include "stages/implicit.hpp"
 
 namespace meniscus {
@@ -51,6 +52,7 @@ struct SpaceGrid {
   double cell = 1;   // side of a cell, particle radii
   CornerBox within;  // no other corner is ever wanted
   std::vector<CornerBlock> blocks;
+  KeyTable numbers;  // of blocks, by key_of() their places
   /// The blocks around each, (dx + 1) + 3 (dy + 1) + 9 (dz + 1), kNoBlock where there is none.
   std::vector<std::array<std::int32_t, 27>> around;
 
