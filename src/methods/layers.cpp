@@ -39,7 +39,7 @@ constexpr Placing kPlacing{.most_off = 2, .margin = -0.5, .quick = true};
 // Crossings that lie less than this behind the front (particle radii) and face the eye by more than
 // this cosine are the front itself. The mesh has nothing of cells that have no others: rays enter
 // there, and the front tells where.
-constexpr double kBehindFront = 0.75, kFacing = 0.3;
+constexpr double kBehindFront = 0.75, kFacing = 0.2;
 
 // The fit of every particle of the surface is much like those beside it where the surface is flat:
 // a fit speaks for the particles within this reach (particle radii) whose normals are like its own.
