@@ -53,9 +53,9 @@ class Page:
     def __init__(self, program, command):
         self.command = command
         self.about, self.usage, self.sections = parse(help_of(program, command))
-        self.commands = [name for heading, entries in self.sections if heading == "Subcommands"
+        self.commands = [name for heading, entries in self.sections if heading == "Commands"
                          for name, _ in entries]
-        self.what = {name: what for heading, entries in self.sections if heading == "Subcommands"
+        self.what = {name: what for heading, entries in self.sections if heading == "Commands"
                      for name, what in entries}
         self.options = []  # (names, placeholder, text)
         for _, entries in self.sections:

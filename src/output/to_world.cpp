@@ -118,7 +118,8 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
                                   ? Notice{.code = Code::no_particles,
                                            .text = "there are no particles: the surface is empty"}
                                   : Notice{.code = Code::none_in_view,
-                                           .text = "no particle is in view: the surface is empty",
+                                           .text = "no particle is in view: the surface is empty "
+                                                   "(check where the camera is and looks)",
                                            .count = counts.particles});
   else if (in_view > 0 && params.image && covered == 0)
     surface.notices.push_back(

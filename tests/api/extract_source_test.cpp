@@ -470,7 +470,9 @@ TEST_F(ExtractSource, AnEmptyViewIsEmpty) {
   const Surface surface = extract(device_, frame(), away, parameters);
   EXPECT_EQ(surface.counts.in_view, 0);
   EXPECT_THAT(texts(surface.notices),
-              testing::ElementsAre("no particle is in view: the surface is empty"));
+              testing::ElementsAre(
+                  "no particle is in view: the surface is empty (check where the camera is "
+                  "and looks)"));
 }
 
 TEST(FrameSource, FramesWhatItsParticlesWould) {

@@ -115,7 +115,8 @@ TEST_P(ToWorld, SaysHowManyPixelsThereAreAndWhenNothingIsInView) {
   EXPECT_THAT(texts(surface.notices), IsEmpty());
   made.counts = {.particles = 7, .in_view = 0};
   EXPECT_THAT(texts(returned(camera, made).notices),
-              ElementsAre("no particle is in view: the surface is empty"));
+              ElementsAre("no particle is in view: the surface is empty (check where the camera is "
+                          "and looks)"));
   made.counts = {.particles = 0, .in_view = 0};
   EXPECT_THAT(texts(returned(camera, made).notices),
               ElementsAre("there are no particles: the surface is empty"));

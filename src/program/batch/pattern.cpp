@@ -372,7 +372,9 @@ std::string FramePattern::absence() const {
     if (!found.empty())
       line += "; the nearest is " + found.begin()->second.path +
               " (write {} for numbers however they are padded, or as many # as they have digits)";
-  } catch (const InputError&) {  // several files of one frame, none of which was asked for
+    else if (is_particle_file(text_))
+      line += "; the folder has " + sequence_in_folder(folder.empty() ? "." : folder);
+  } catch (const InputError&) {  // none or several are there, none of which was asked for
   }
   return line;
 }

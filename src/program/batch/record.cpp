@@ -138,7 +138,7 @@ FrameRecord record_of(const std::string& line) {
   try {
     root = parse_json<Json>(line);
   } catch (const InputError&) {
-    throw BadLine{"is not JSON: " + in_quotes(line)};
+    throw BadLine{"is not JSON, wanted what --log writes: " + in_quotes(line)};
   }
   if (!root.is_object()) throw BadLine{"is " + in_quotes(line) + ", wanted {\"frame\": ...}"};
   FrameRecord record;

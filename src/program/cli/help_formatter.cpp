@@ -16,7 +16,10 @@ constexpr const char* kMostUsed[] = {
 
 }  // namespace
 
-HelpFormatter::HelpFormatter() { column_width(kIndent); }
+HelpFormatter::HelpFormatter() {
+  column_width(kIndent);
+  label("SUBCOMMAND", "COMMAND");  // documents and messages call it a command
+}
 
 std::string HelpFormatter::make_option_opts(const CLI::Option* option) const {
   return option->get_type_size() == 0 ? "" : " " + option->get_type_name();

@@ -45,7 +45,11 @@ int fail(ExitCode code, const std::string& what) {
 std::string in_own_words(const CLI::ParseError& error) {
   const std::string what = error.what();
   const std::string unread = "Could not convert: ", repeated = ": At Most 1 required but received ",
-                    excluding = " excludes ", unexpected = " not expected: ";
+                    excluding = " excludes ",
+                    unexpected = " not expected: ", out_of_range = ": is ";
+  if (const std::size_t at = what.find(out_of_range);
+      what.starts_with("--") && at != std::string::npos)
+    return what.substr(0, at) + what.substr(at + 1);
   if (const std::size_t at = what.find(unexpected); at != std::string::npos)
     return what.substr(at + unexpected.size()) +
            ": no word is wanted here (options begin with -, names with spaces want quotes)";
@@ -66,23 +70,6 @@ std::string in_own_words(const CLI::ParseError& error) {
     return one + " and " + other + " are both given, must be one of them";
   }
   return what;
-}
-
-/// What is wrong with the words that were typed, and where to read more.
-std::string misuse(const CLI::App& program, const std::vector<std::string>& typed,
-                   const CLI::ParseError& error) {
-  const CLI::App& command = meniscus::cli::chosen_command(program);
-  const std::string see = "see " + meniscus::cli::spelled(command) + " --help)";
-  if (const std::string what = meniscus::cli::unknown_word(program, typed); !what.empty())
-    return what + " (" + see;
-  // A shell puts all frames in the place of a * without quotes.
-  const std::string name = command.get_name();
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) && (name == "extract" || name == "mesh")) {
-    const auto unknown = program.remaining(true);
-    return "wanted one INPUT, found " + std::to_string(unknown.size()) + " more, e.g. " +
-           unknown.front() + " (of a sequence give one name in quotes, e.g. 'dam.####.ply', " + see;
-  }
-  return in_own_words(error) + " (" + see;
 }
 
 /// The end of work that succeeded here; other processes may have failed.
@@ -129,6 +116,10 @@ int run(int argc, char** argv) {
               "cmake --preset release && cmake --build --preset release");
         });
 #endif
+  for (CLI::App* command : program.get_subcommands({})) command->group("Commands");
+  program.footer(
+      "meniscus help extract explains the options of extract, and so on. A first picture:\n"
+      "meniscus generate --particles 1e5 -o dam.ply && meniscus extract dam.ply -o surface.png");
   std::vector<std::string> typed(argv + std::min(argc, 1), argv + argc);
   if (!typed.empty() && typed.front() == "help") {  // meniscus help extract
     typed.erase(typed.begin());
@@ -142,9 +133,33 @@ int run(int argc, char** argv) {
                   std::string("standard output cannot be written: ") + std::strerror(errno));
     return done(exit_code);
   } catch (const CLI::Success& help) {  // --help and --version
+    std::erase_if(typed, [](const std::string& word) { return word.starts_with('-'); });
+    if (const std::string what = meniscus::cli::unknown_word(program, typed); !what.empty())
+      return fail(kBadUsage, what + " (see meniscus --help)");
     return program.exit(help);
   } catch (const CLI::ParseError& error) {
-    return fail(kBadUsage, misuse(program, typed, error));
+    const auto chosen = program.get_subcommands();
+    const auto unknown = program.remaining(true);
+    std::string command = "meniscus";  // and those below it: "meniscus bench frame"
+    for (const CLI::App* at = &program; !at->get_subcommands().empty();) {
+      at = at->get_subcommands().front();
+      command += " " + at->get_name();
+    }
+    const std::string see = " (see " + command + " --help)";
+    if (const std::string what = meniscus::cli::unknown_word(program, typed); !what.empty())
+      return fail(kBadUsage, what + see);
+    // A shell puts all frames in the place of a * without quotes.
+    if (dynamic_cast<const CLI::ExtrasError*>(&error) && !chosen.empty() &&
+        (chosen.front()->get_name() == "extract" || chosen.front()->get_name() == "mesh"))
+      return fail(kBadUsage, "wanted one INPUT, found " + std::to_string(unknown.size()) +
+                                 " more, e.g. " + unknown.front() +
+                                 " (of a sequence give one name in quotes, e.g. "
+                                 "'dam.####.ply', see " +
+                                 command + " --help)");
+    if (chosen.empty())
+      return fail(kBadUsage,
+                  "no command is given, e.g. meniscus extract FILE -o surface.png" + see);
+    return fail(kBadUsage, in_own_words(error) + see);
   }
 }
 

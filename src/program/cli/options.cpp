@@ -14,6 +14,7 @@
 #include "io/input_file.hpp"
 #include "program/batch/outputs.hpp"
 #include "program/cli/terminal.hpp"
+#include "program/cli/unknown_word.hpp"
 #include "program/dam_break.hpp"
 
 namespace meniscus::cli {
@@ -104,16 +105,19 @@ std::vector<DeviceInfo> chosen_devices(const std::string& selector, std::string*
 
 void check_parts_of_names(const std::string& option, const std::vector<std::string>& parts,
                           const std::vector<std::string>& names) {
+  const auto matches = [&](const std::string& part) {
+    return std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+      return name.find(part) != std::string::npos;
+    });
+  };
   for (const std::string& part : parts) {
-    std::string all;
-    bool found = false;
-    for (const std::string& name : names) {
-      all += (all.empty() ? "" : ", ") + name;
-      found = found || name.find(part) != std::string::npos;
-    }
     if (part.empty())
-      throw usage_error(option + " has an empty name, must be parts of names, of " + all);
-    if (!found) throw usage_error(option + " is " + part + ", must be a part of one of " + all);
+      throw usage_error(option +
+                        " has an empty name, must be parts of names (--list has them all)");
+    if (matches(part)) continue;
+    const std::string nearest = nearest_name(part, names);
+    throw usage_error(option + " is " + part + ", must be a part of a name" +
+                      (nearest.empty() ? "" : " such as " + nearest) + " (--list has them all)");
   }
 }
 

@@ -45,6 +45,7 @@ void run_report(const ReportOptions& options) {
     print_line(stderr, "meniscus: warning: " + note);
     notes.push_back(note);
   }
+  if (records.empty()) print_line(stderr, "meniscus: warning: the logs have no frame");
   BatchReport report = merge_records(records, expected);
   report.notes = notes;
   page.write(to_html(report));

@@ -33,7 +33,7 @@ TEST_F(Sequence, WrongUseIsNamed) {
   expect_error(run({"extract", "d.0000.ply", "-o", "o.exr", "--frames", "1-2"}), 2,
                {"--frames is for sequences", "d.0000.ply has no place"});
   expect_error(run({"extract", "e.####.ply", "-o", "o.####.exr"}), 1,
-               {"e.####.ply: no file matches"});
+               {"e.####.ply: no file matches; the folder has "});
   for (const char* absent : {"in/nofolder", "nofolder/frames/", "nofile.ply"})
     for (const char* command : {"extract", "mesh"})
       expect_error(run({command, absent, "-o", "o.####.ply"}), 1,

@@ -29,6 +29,7 @@ TEST_F(ProgramUsage, SaysItsVersion) {
 TEST_F(ProgramUsage, HelpIsACommandToo) {
   EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
   EXPECT_EQ(run({"help", "extract"}).out, run({"extract", "--help"}).out);
+  EXPECT_THAT(run({"--help"}).out, HasSubstr("&& meniscus extract dam.ply -o surface.png"));
 }
 
 TEST_F(ProgramUsage, RefusesAWordThatNobodyAskedFor) {
@@ -135,13 +136,22 @@ std::vector<std::string> extract_with(std::vector<std::string> more) {
 INSTANTIATE_TEST_SUITE_P(
     All, ProgramWrongUsage,
     testing::Values(
-        WrongUsage{"NoCommand", {}, {"subcommand"}},
+        WrongUsage{"NoCommand", {}, {"no command is given, e.g. meniscus extract"}},
         WrongUsage{"UnknownCommand", {"polish"}, {"polish", "--help"}},
         WrongUsage{"NoInput", {"extract", "-o", "a.png"}, {"INPUT"}},
         WrongUsage{"NoOutput", {"extract", "in.ply"}, {"--output"}},
         WrongUsage{"UnknownOption",
                    extract_with({"--polish", "3"}),
                    {"meniscus extract has no option --polish (see"}},
+        WrongUsage{"HelpOfAnUnknownCommand",
+                   {"help", "exract"},
+                   {"no command exract, did you mean extract? (see meniscus --help)"}},
+        WrongUsage{"AFileForACommand",
+                   {"in.ply"},
+                   {"no command in.ply", "meniscus extract in.ply -o surface.png"}},
+        WrongUsage{"OptionOfAnotherCommand",
+                   {"mesh", "in.ply", "-o", "a.ply", "--eye", "1,2,3"},
+                   {"meniscus mesh has no option --eye, which is of meniscus extract (see"}},
         WrongUsage{"FirstUnknownOption",
                    {"extract", "--sizes", "3x3", "--polish"},
                    {"no option --sizes, did you mean --size?"}},
@@ -228,15 +238,15 @@ INSTANTIATE_TEST_SUITE_P(
             "BenchInputAndSweep", {"bench", "frame", "in.ply", "--sweep"}, {"--sweep", "INPUT"}},
         WrongUsage{"BenchInFlight",
                    {"bench", "frame", "--in-flight", "0"},
-                   {"--in-flight: is 0, must be 1 to 64", "(see meniscus bench frame --help)"}},
+                   {"--in-flight is 0, must be 1 to 64", "(see meniscus bench frame --help)"}},
         WrongUsage{"BenchSeconds",
                    {"bench", "frame", "--seconds", "nan"},
-                   {"--seconds: is nan, must be 0 to 1000000"}},
+                   {"--seconds is nan, must be 0 to 1000000"}},
         WrongUsage{"BenchRadius",
                    {"bench", "frame", "in.ply", "--particle-radius", "inf"},
                    {"--particle-radius is inf, must be a number > 0"}},
         WrongUsage{
-            "VerifySize", {"verify", "--size", "huge"}, {"--size: is huge, must be small or full"}},
+            "VerifySize", {"verify", "--size", "huge"}, {"--size is huge, must be small or full"}},
         WrongUsage{"VerifyCompareRuns",
                    {"verify", "--compare", "a.json", "b.json", "--kernel", "fit"},
                    {"--kernel", "--compare"}},
