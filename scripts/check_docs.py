@@ -3,7 +3,8 @@
 
     scripts/check_docs.py [PROGRAM]      PROGRAM: the program meniscus (build/release/meniscus)
 
-- Every link to a file or picture of the repository leads to one.
+- Every link to a file or picture of the repository leads to one, and every link to a heading (page.md#heading)
+  to a heading.
 - Every command in a block of shell lines can be given: scripts exist, can be run and are
   mentioned by their right names; programs of ours know the command and every option named; input
   files of the repository are there. (The commands are parsed, not run.)
@@ -12,6 +13,7 @@
 
 Prints one line for each fault, with file and line, and ends with 1 where there is one.
 """
+import functools
 import os
 import re
 import shlex
@@ -35,14 +37,34 @@ def documents():
     return [f for f in files if f.exists() and "build" not in f.relative_to(ROOT).parts]
 
 
+def prose(text):
+    """The text without its blocks, with the same lines."""
+    return re.sub(r"```.*?```", lambda m: "\n" * m.group().count("\n"), text, flags=re.S)
+
+
+@functools.cache
+def anchors(page):
+    """What links to the page's headings may end with, as GitHub names them."""
+    found = []
+    for heading in re.findall(r"^#+ +(.*)", prose(page.read_text()), flags=re.M):
+        words = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).strip().lower()
+        name = re.sub(r"[^\w\- ]", "", words).replace(" ", "-")
+        again = sum(re.sub(r"-\d+$", "", known) == name for known in found)
+        found.append(f"{name}-{again}" if again else name)
+    return found
+
+
 def links(document, text, fault):
-    outside = re.sub(r"```.*?```", lambda m: "\n" * m.group().count("\n"), text, flags=re.S)
-    for number, line in enumerate(outside.split("\n"), 1):
+    for number, line in enumerate(prose(text).split("\n"), 1):
         for target in re.findall(r"\]\(([^)\s]+)\)", line):
-            if re.match(r"[a-z]+:", target) or target.startswith("#"):
+            if re.match(r"[a-z]+:", target):
                 continue
-            if not (document.parent / target.split("#")[0]).exists():
+            name, _, heading = target.partition("#")
+            page = document.parent / name if name else document
+            if not page.exists():
                 fault(document, number, f"leads nowhere: {target}")
+            elif heading and page.suffix == ".md" and heading not in anchors(page):
+                fault(document, number, f"leads to no heading of {page.name}: {target}")
 
 
 def shell_lines(text):
@@ -130,7 +152,7 @@ def commands(document, text, program, fault):
 
 
 def sentences(document, text, fault):
-    text = re.sub(r"```.*?```", lambda m: "\n" * m.group().count("\n"), text, flags=re.S)
+    text = prose(text)
     number = 1
     for paragraph in re.split(r"\n(?=\s*\n|\s*[-|#])", text):
         words = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", paragraph.strip().lstrip("-#").strip())
