@@ -8,9 +8,9 @@ std::vector<ParameterEntry> parameter_list(Parameters& p) {
                     triangulating = "fit, groups, stable and paper";
   return {
       {"Particles", "disorder", &p.disorder, none, -1, 2, false,
-       "how irregularly particles lie, from 0, as SPH leaves them, over 1, one anywhere in each "
-       "cube of a lattice, to 2, anywhere, as FLIP and MPM leave them: by it they are evened out, "
-       "and fitted more widely; -1: told from the particles",
+       "how irregularly particles lie: 0: as SPH leaves them, 1: one anywhere in each cube of a "
+       "lattice, 2: anywhere, as FLIP and MPM leave them; above 0 particles are evened out and "
+       "fitted more widely; -1: measured",
        "fit and groups"},
       {"Visible particles (paper 2.1)", "footprint", &p.visible.footprint, r, 0.1, 10, false,
        "sphere that hides what lies behind it; smaller finds more particles below the surface",

@@ -28,7 +28,7 @@ RadiusEstimate estimate_of(const ParticleSource& source) {
   if (source.size() >= kMostEstimated)
     throw InputError(
         Notice{.code = Code::radius_needed,
-               .text = "no particle radius in the file, and with " + std::to_string(source.size()) +
+               .text = "no particle radius is given, and with " + std::to_string(source.size()) +
                        " particles it is not estimated (give " + setting("particle-radius") + ")",
                .count = source.size()});
   const Particles all = read_all(source);
@@ -59,7 +59,7 @@ double choose_radius(const Parameters& params, const RadiusClues& clues,
   const RadiusEstimate made = estimate();
   if (!(made.radius > 0)) {
     notices.push_back({.code = Code::radius_assumed,
-                       .text = "no particle radius in the file and none can be estimated: 1 is "
+                       .text = "no particle radius is given, and none can be estimated: 1 is "
                                "used (give " +
                                setting("particle-radius") + ")",
                        .found = 1});
@@ -75,7 +75,7 @@ double choose_radius(const Parameters& params, const RadiusClues& clues,
           : printed(", to within %.0f %%",
                     std::max(kLeastError, 50 * (made.most / made.least - 1)));
   notices.push_back({.code = Code::radius_estimated,
-                     .text = "no particle radius in the file: estimated " +
+                     .text = "no particle radius is given: estimated " +
                              printed("%.6g", made.radius) + " from the spacing" + range +
                              " (give " + setting("particle-radius") + " to override)",
                      .found = made.radius});

@@ -57,7 +57,7 @@ void add_bench_command(CLI::App& program) {
                   "JSON of an earlier run: say which differences exceed the noise")
       ->type_name("OLD.json");
   add_list_option(command, o.list);
-  command.add_flag("-q,--quiet", o.quiet, "do not tell what is being measured");
+  command.add_flag("-q,--quiet", o.quiet, "print no progress");
   const std::vector<CLI::Option*> own = command.get_options();
   add_bench_frame_command(command);
   for (CLI::App* frame : command.get_subcommands({}))

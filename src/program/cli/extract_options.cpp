@@ -141,7 +141,8 @@ void add_talk_options(CLI::App& command, ExtractOptions& o) {
                    "print what reading, building kernels, each stage and writing took, counts and "
                    "memory; of a sequence, add the stages to --log and --report");
   CLI::Option* quiet = command.add_flag("-q,--quiet", o.quiet, "print only warnings and errors");
-  command.add_flag("-v,--verbose", o.verbose, "print more")->excludes(quiet);
+  command.add_flag("-v,--verbose", o.verbose, "print the driver and every parameter, too")
+      ->excludes(quiet);
 }
 
 void add_sequence_options(CLI::App& command, ExtractOptions& o) {

@@ -65,7 +65,7 @@ void add_tune_command(CLI::App& program) {
       ->check(from_to(1, 1000))
       ->type_name("N");
   command.add_flag("--forget", o.forget, "forget what was kept");
-  command.add_flag("-q,--quiet", o.quiet, "do not tell what is being measured");
+  command.add_flag("-q,--quiet", o.quiet, "print no progress");
   command.callback([options] {
     for (const DeviceInfo& info : chosen_devices(options->device)) tune_device(info, *options);
   });

@@ -202,7 +202,7 @@ void add_verify_command(CLI::App& program, int& exit_code) {
   command.add_option("--html", o.html, "write one page: devices side by side")->type_name("FILE");
   command
       .add_option("--repeat", request.repeat,
-                  "run each launch and frame so often, for the same bits (default 1)")
+                  "run each launch and each frame N times; other bits are a failure (default 1)")
       ->check(from_to(1, 10'000))
       ->type_name("N");
   command
@@ -248,7 +248,7 @@ void add_verify_command(CLI::App& program, int& exit_code) {
                   "a device that says nothing for so many seconds is given up (default 300)")
       ->check(from_to(1.0, 1e6))
       ->type_name("S");
-  command.add_flag("-q,--quiet", o.quiet, "do not tell what is being verified");
+  command.add_flag("-q,--quiet", o.quiet, "print no progress");
   // Not for people: the canonical bits, and what the processes for each device are called with.
   CLI::Option* commit = command.add_option("--commit", o.commit)->group("");
   command.add_option("--record", o.record)->group("")->needs(commit);
