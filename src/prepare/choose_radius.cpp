@@ -18,7 +18,7 @@ constexpr std::int64_t kMostEstimated = std::int64_t{1} << 22;
 Notice radii_differ(const RadiusClues& clues) {
   return {.code = Code::other,
           .text = printed("the particles' radii run from %.6g to %.6g, but a surface is made of "
-                          "particles of one radius: their middle, %.6g, is used for all (give ",
+                          "particles of one radius: their median, %.6g, is used for all (give ",
                           clues.least, clues.most, clues.middle) +
                   setting("particle-radius") + " to choose it)",
           .found = clues.middle};

@@ -124,7 +124,7 @@ TEST_F(ExtractSource, ParticlesOfVeryDifferentRadiiAreAllOfOne) {
                 testing::ElementsAre(testing::AllOf(
                     testing::HasSubstr(
                         printed("the particles' radii run from %.6g to %.6g", alike, 10 * alike)),
-                    testing::HasSubstr(printed("their middle, %.6g, is used for all", alike)))));
+                    testing::HasSubstr(printed("their median, %.6g, is used for all", alike)))));
     EXPECT_TRUE(same(mixed, expected)) << streams;
     EXPECT_FALSE(same(with_radii(1.2f * alike), expected)) << streams;
   }

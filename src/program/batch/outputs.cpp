@@ -55,6 +55,9 @@ OutputKind kind_of(const std::string& path) {
       throw InvalidArgument("output " + path + ": pictures are written as .png (name it " +
                             fs::path(path).replace_extension(".png").string() + "), maps as .exr");
   refuse_scene(path);
+  if (std::error_code ignored; path.ends_with('/') || fs::is_directory(path, ignored))
+    throw InvalidArgument("output " + path + ": is a folder, wanted a file in it, e.g. " +
+                          (fs::path(path) / "surface.exr").string());
   throw InvalidArgument(
       "output " + path +
       ": unknown file ending, must be .exr (maps), .deep.exr (layers), .ply, .vtp, .glb, "

@@ -46,10 +46,13 @@ std::string in_own_words(const CLI::ParseError& error) {
   const std::string what = error.what();
   const std::string unread = "Could not convert: ", repeated = ": At Most 1 required but received ",
                     excluding = " excludes ",
-                    unexpected = " not expected: ", out_of_range = ": is ";
+                    unexpected = " not expected: ", out_of_range = ": is ",
+                    missing = ": 1 required ";
   if (const std::size_t at = what.find(out_of_range);
       what.starts_with("--") && at != std::string::npos)
     return what.substr(0, at) + what.substr(at + 1);
+  if (const std::size_t at = what.find(missing); at != std::string::npos)
+    return what.substr(0, at) + " is given without its value";
   if (const std::size_t at = what.find(unexpected); at != std::string::npos)
     return what.substr(at + unexpected.size()) +
            ": no word is wanted here (options begin with -, names with spaces want quotes)";
@@ -153,8 +156,8 @@ int run(int argc, char** argv) {
         (chosen.front()->get_name() == "extract" || chosen.front()->get_name() == "mesh"))
       return fail(kBadUsage, "wanted one INPUT, found " + std::to_string(unknown.size()) +
                                  " more, e.g. " + unknown.front() +
-                                 " (of a sequence give one name in quotes, e.g. "
-                                 "'dam.####.ply', see " +
+                                 " (each output wants an -o before it; of a sequence give one "
+                                 "name in quotes, e.g. 'dam.####.ply'; see " +
                                  command + " --help)");
     if (chosen.empty())
       return fail(kBadUsage,

@@ -30,7 +30,11 @@ void check_one_frame(const ExtractOptions& options) {
   std::error_code ignored;
   if (options.input.find('*') == std::string::npos &&
       !std::filesystem::exists(options.input, ignored))
-    throw InputError(options.input + ": no such file or folder");
+    throw InputError(options.input + ": no such file or folder" +
+                     (options.input.find_first_of("?[{") == std::string::npos
+                          ? ""
+                          : " (a sequence is written as dam.####.ply, the parts of one frame as "
+                            "dam.rank*.ply)"));
   if (const std::string option = sequence_option(options); !option.empty())
     throw usage_error(option + " is for sequences, but " + options.input +
                       " has no place for the frame's number, e.g. name.####.ply");

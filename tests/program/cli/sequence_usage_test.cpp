@@ -38,6 +38,8 @@ TEST_F(Sequence, WrongUseIsNamed) {
     for (const char* command : {"extract", "mesh"})
       expect_error(run({command, absent, "-o", "o.####.ply"}), 1,
                    {std::string(absent) + ": no such file or folder"});
+  expect_error(run({"extract", "d.000?.ply", "-o", "o.exr"}), 1,
+               {"d.000?.ply: no such file or folder (a sequence is written as dam.####.ply"});
   expect_error(run(words({"--timings"})), 2, {"--timings of a sequence", "--log"});
   expect_error(run(words({"--frames", "1-"})), 2, {"frames 1-: \"1-\" is no frame"});
   expect_error(run(words({"--shard", "3/2"})), 2, {"shard 3/2"});
