@@ -3,6 +3,7 @@
 
     scripts/check_docs.py [PROGRAM]      PROGRAM: the program meniscus (build/release/meniscus)
 
+- Every file of the repository that is named in `backticks` is there.
 - Every link to a file or picture of the repository leads to one, and every link to a heading (page.md#heading)
   to a heading.
 - Every command in a block of shell lines can be given: scripts exist, can be run and are
@@ -65,6 +66,14 @@ def links(document, text, fault):
                 fault(document, number, f"leads nowhere: {target}")
             elif heading and page.suffix == ".md" and heading not in anchors(page):
                 fault(document, number, f"leads to no heading of {page.name}: {target}")
+
+
+def named_files(document, text, fault):
+    folders = "benchmarks|cmake|docs|examples|include|kernels|packaging|python|scripts|src|tests"
+    for number, line in enumerate(prose(text).split("\n"), 1):
+        for name in re.findall(rf"`((?:{folders})/[\w./-]+\.\w+)`", line):
+            if not (ROOT / name).exists():
+                fault(document, number, f"no such file: {name}")
 
 
 def shell_lines(text):
@@ -186,6 +195,7 @@ def main():
     for document in documents():
         text = document.read_text()
         links(document, text, fault)
+        named_files(document, text, fault)
         if document.name != "CHANGELOG.md":
             commands(document, text, program, fault)
     sentences(ROOT / "README.md", (ROOT / "README.md").read_text(), fault)
