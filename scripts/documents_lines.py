@@ -70,6 +70,10 @@ SMALLER = {
         "frames/cube_drop_frame_012_full.ply,frames/cube_drop_frame_012_adaptive.ply", 3, "time"),
     "meniscus-accuracy closed --scene calm,violent --seeds 1001 --cell 1": (
         "meniscus-accuracy closed --scene sphere --seeds 1001 --cell 1", 2, "minutes"),
+    "meniscus-accuracy closed --series random --seeds 1,2 --cell 1": (
+        "meniscus-accuracy closed --series random --seeds 1,2 --cell 1 --scene sphere", 3, "minutes"),
+    "meniscus-accuracy closed --series random --seeds 1 --cell 1 --scene sphere,shortwaves,wall,jet,holes,breaker,sheet": (
+        "meniscus-accuracy closed --series random --seeds 1 --cell 1 --scene sphere", 3, "minutes"),
     "meniscus-accuracy --method fit,groups --seeds reporting --flicker --flicker-seeds 1": (
         "meniscus-accuracy --method fit,groups --seeds 1001 --scene sphere --flicker --flicker-seeds 1", 5, "minutes"),
     "meniscus-accuracy --method fit fit+disorder=0 groups ssm bilateral curvature-flow anisotropic splashsurf --scene calm "
