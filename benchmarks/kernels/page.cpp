@@ -86,7 +86,7 @@ std::string results_rows(const Session& session) {
   std::string text =
       "<div class=\"panel\"><table><tr><th>kernel</th><th class=\"word\">variant</th>"
       "<th>particles</th><th>ms</th><th>noise</th><th>rate</th><th>GB/s</th><th>GFLOP/s</th>"
-      "<th>ops/byte</th><th class=\"word\">of roofline</th><th>of native</th></tr>\n";
+      "<th>ops/byte</th><th class=\"word\">of roofline</th><th>times native</th></tr>\n";
   for (const Result& r : session.results) {
     const Share share = share_of_roofline(r, session.roofline);
     text += printed(

@@ -83,7 +83,7 @@ std::string results_table(const BenchRun& run) {
     text += "\n";
     text +=
         printed("%-20s %-7s %10s %9s %6s %18s %7s %8s %16s %9s\n", "kernel", "variant", "particles",
-                "ms", "noise", "rate", "GB/s", "GFLOP/s", "of roofline", "of native");
+                "ms", "noise", "rate", "GB/s", "GFLOP/s", "of roofline", "x native");
     for (const Result& r : session.results) {
       const Share share = share_of_roofline(r, session.roofline);
       text += printed(
@@ -130,14 +130,13 @@ const char* verdict_in_words(const Verdict& v) {
 
 std::string verdict_table(const BenchRun& run) {
   std::string text = printed(
-      "Verdicts are for the largest frame, on all threads.\nAt the roofline: at least %.0f%% of "
-      "it. "
-      "As native: at least %.1f of the native version's speed, on one thread and on all,\nas far "
-      "as "
-      "both were measured; faster than native: %.2f times its speed. Slower: below both. Open: "
-      "below "
-      "the\nroofline, and no native version tells whether more is possible. Noise: how far the "
-      "fastest quarter of the\nlaunches reaches above the fastest one.\n\n",
+      "Verdicts are for the largest frame, on all threads.\n"
+      "x native: the speed over that of the native version, on one thread and on all (n).\n"
+      "At the roofline: at least %.0f%% of it. As native: x native is at least %.1f, on one\n"
+      "thread and on all, as far as both were measured; faster than native: at least %.2f.\n"
+      "Slower: below both. Open: below the roofline, and no native version tells whether more\n"
+      "is possible. Noise: how far the fastest quarter of the launches reaches above the\n"
+      "fastest one.\n\n",
       100 * kGoodShare, kGoodAgainstNative, kFasterThanNative);
   const std::vector<Verdict> verdicts = farthest_first(judge(run));
   for (const Session& session : run.sessions) {
@@ -146,7 +145,7 @@ std::string verdict_table(const BenchRun& run) {
     if (!judged) continue;
     text += title_of(session) + "\n";
     text += printed("%-20s %10s %9s %6s %24s %12s %12s  %s\n", "kernel", "particles", "ms", "noise",
-                    "of roofline", "of native, 1", "of native, n", "verdict");
+                    "of roofline", "x native, 1", "x native, n", "verdict");
     for (const Verdict& v : verdicts)
       if (v.session == &session)
         text +=

@@ -121,8 +121,9 @@ int run(int argc, char** argv) {
 #endif
   for (CLI::App* command : program.get_subcommands({})) command->group("Commands");
   program.footer(
-      "meniscus help extract explains the options of extract, and so on. A first picture:\n"
-      "meniscus generate --particles 1e5 -o dam.ply && meniscus extract dam.ply -o surface.png");
+      "meniscus help extract explains the options of extract, and so on.\n"
+      "A first picture: meniscus generate --particles 1e5 -o dam.ply && meniscus extract dam.ply "
+      "-o a.png");
   std::vector<std::string> typed(argv + std::min(argc, 1), argv + argc);
   if (!typed.empty() && typed.front() == "help") {  // meniscus help extract
     typed.erase(typed.begin());

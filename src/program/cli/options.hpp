@@ -56,7 +56,7 @@ void check_page_name(const std::string& option, const std::string& path);
 /// system would end this program, or another one.
 void require_memory(std::int64_t particles, std::int64_t bytes_each);
 
-/// What a number must be: "--in-flight: is 0, must be 1 to 64".
+/// What a number must be: "--in-flight is 0, must be 1 to 64".
 CLI::Validator from_to(int least, int most);
 CLI::Validator from_to(double least, double most);
 

@@ -17,7 +17,7 @@ constexpr char kCamera[] =
 
 TEST_F(Sequence, WrongUseIsNamed) {
   write_sequence(2);
-  expect_error(run(words({"--frames", ""})), 2, {"--frames: is empty"});
+  expect_error(run(words({"--frames", ""})), 2, {"--frames is empty"});
   expect_error(run({"extract", "d.####.ply", "-o", "o.exr"}), 2,
                {"output o.exr has no place for the frame's number", "name it o.####.exr"});
   expect_error(run({"extract", "d.####.ply", "-o", "o.exr", "--frames", "1"}), 2,

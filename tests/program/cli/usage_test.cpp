@@ -29,7 +29,7 @@ TEST_F(ProgramUsage, SaysItsVersion) {
 TEST_F(ProgramUsage, HelpIsACommandToo) {
   EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
   EXPECT_EQ(run({"help", "extract"}).out, run({"extract", "--help"}).out);
-  EXPECT_THAT(run({"--help"}).out, HasSubstr("&& meniscus extract dam.ply -o surface.png"));
+  EXPECT_THAT(run({"--help"}).out, HasSubstr("&& meniscus extract dam.ply -o a.png"));
 }
 
 TEST_F(ProgramUsage, RefusesAWordThatNobodyAskedFor) {
