@@ -67,7 +67,10 @@ void measure(std::vector<Runner>& runners, std::size_t first, const FrameInput& 
     std::vector<double>& times = runner.times;
     std::sort(times.begin(), times.end());
     runner.trial.ms = times.empty() ? INFINITY : times.front();
-    runner.trial.spread_ms = times.empty() ? 0 : times[times.size() / 4] - times.front();
+    // How far one frame alone spreads is not known: then no way is_faster.
+    runner.trial.spread_ms =
+        times.size() < 2 ? INFINITY
+                         : times[std::max<std::size_t>(1, times.size() / 4)] - times.front();
   }
 }
 

@@ -14,7 +14,8 @@ namespace meniscus {
 struct Trial {
   Tuning tuning;
   double ms = 0;          // the fastest frame
-  double spread_ms = 0;   // how far the fastest quarter of the frames reaches above it
+  double spread_ms = 0;   // how far the fastest quarter of the frames, two at least, reaches above
+                          // it; infinite where there is one frame
   bool same_bits = true;  // as the default way
   std::string error;      // empty: it ran
 };

@@ -36,10 +36,11 @@ void tune_device(const DeviceInfo& info, const TuneOptions& options) {
       note += "  does not run: " + trial.error;
     else if (!trial.same_bits)
       note += "  other bits: not used";
-    const std::string time = std::isfinite(trial.ms) ? printed("%8.1f ms + %.0f %%", trial.ms,
-                                                               100 * trial.spread_ms / trial.ms)
-                                                     : "";
-    print_line(stdout, printed("  %-24s %18s%s", to_string(trial.tuning).c_str(), time.c_str(),
+    std::string time;
+    if (std::isfinite(trial.ms)) time = printed("%8.1f ms", trial.ms);
+    if (std::isfinite(trial.spread_ms))
+      time += printed(" + %.0f %%", 100 * trial.spread_ms / trial.ms);
+    print_line(stdout, printed("  %-39s %18s%s", to_string(trial.tuning).c_str(), time.c_str(),
                                note.c_str()));
   }
   if (!keep_tuning(info, run.best))
@@ -61,7 +62,9 @@ void add_tune_command(CLI::App& program) {
   const auto options = std::make_shared<TuneOptions>();
   TuneOptions& o = *options;
   add_device_option(command, o.device, ", or all (default: the one that extract takes)");
-  command.add_option("--rounds", o.rounds, "frames of each way (default 7)")
+  command
+      .add_option("--rounds", o.rounds,
+                  "frames of each way (default 7); of one frame each the default is kept")
       ->check(from_to(1, 1000))
       ->type_name("N");
   command.add_flag("--forget", o.forget, "forget what was kept");

@@ -21,7 +21,8 @@ TEST_F(ProgramTune, MeasuresKeepsAndForgets) {
   const Outcome tuned = run({"tune", "--device", "cpu", "--rounds", "1", "-q"}, conditions);
   EXPECT_EQ(tuned.exit_code, 0) << tuned.err;
   EXPECT_THAT(tuned.out, AllOf(HasSubstr("width 1, groups of 64"), HasSubstr("discs by minima"),
-                               HasSubstr("(default)"), HasSubstr("kept: width ")));
+                               HasSubstr("(default)"),
+                               HasSubstr("kept: width 8, groups of 64, discs by bins, since")));
   EXPECT_EQ(tuned.err, "");
   const Outcome forgotten = run({"tune", "--device", "cpu", "--forget"}, conditions);
   EXPECT_EQ(forgotten.exit_code, 0) << forgotten.err;
