@@ -75,6 +75,28 @@ std::string in_own_words(const CLI::ParseError& error) {
   return what;
 }
 
+/// What is wrong with the words that were typed, and where to read more.
+std::string misuse(const CLI::App& program, const std::vector<std::string>& typed,
+                   const CLI::ParseError& error) {
+  const CLI::App& command = meniscus::cli::chosen_command(program);
+  const std::string see = "see " + meniscus::cli::spelled(command) + " --help)";
+  if (const std::string what = meniscus::cli::unknown_word(program, typed); !what.empty())
+    return what + " (" + see;
+  // A shell puts all frames in the place of a * without quotes.
+  const std::string name = command.get_name();
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) && (name == "extract" || name == "mesh")) {
+    const auto unknown = program.remaining(true);
+    return "wanted one INPUT, found " + std::to_string(unknown.size()) + " more, e.g. " +
+           unknown.front() +
+           " (each output wants an -o before it; of a sequence give one name in quotes, e.g. "
+           "'dam.####.ply'; " +
+           see;
+  }
+  if (&command == &program)
+    return "no command is given, e.g. meniscus extract FILE -o surface.png (" + see;
+  return in_own_words(error) + " (" + see;
+}
+
 /// The end of work that succeeded here; other processes may have failed.
 int done(int code) {
   const std::string error = meniscus::end_team("");
@@ -142,28 +164,7 @@ int run(int argc, char** argv) {
       return fail(kBadUsage, what + " (see meniscus --help)");
     return program.exit(help);
   } catch (const CLI::ParseError& error) {
-    const auto chosen = program.get_subcommands();
-    const auto unknown = program.remaining(true);
-    std::string command = "meniscus";  // and those below it: "meniscus bench frame"
-    for (const CLI::App* at = &program; !at->get_subcommands().empty();) {
-      at = at->get_subcommands().front();
-      command += " " + at->get_name();
-    }
-    const std::string see = " (see " + command + " --help)";
-    if (const std::string what = meniscus::cli::unknown_word(program, typed); !what.empty())
-      return fail(kBadUsage, what + see);
-    // A shell puts all frames in the place of a * without quotes.
-    if (dynamic_cast<const CLI::ExtrasError*>(&error) && !chosen.empty() &&
-        (chosen.front()->get_name() == "extract" || chosen.front()->get_name() == "mesh"))
-      return fail(kBadUsage, "wanted one INPUT, found " + std::to_string(unknown.size()) +
-                                 " more, e.g. " + unknown.front() +
-                                 " (each output wants an -o before it; of a sequence give one "
-                                 "name in quotes, e.g. 'dam.####.ply'; see " +
-                                 command + " --help)");
-    if (chosen.empty())
-      return fail(kBadUsage,
-                  "no command is given, e.g. meniscus extract FILE -o surface.png" + see);
-    return fail(kBadUsage, in_own_words(error) + see);
+    return fail(kBadUsage, misuse(program, typed, error));
   }
 }
 

@@ -2,26 +2,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <numeric>
+
+#include "base/edit_distance.hpp"
 
 namespace meniscus::cli {
 namespace {
-
-// How many letters must be put in, taken out or replaced.
-std::size_t distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i + 1;
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] != b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
 
 std::string question(const std::string& nearest) {
   return nearest.empty() ? "" : ", did you mean " + nearest + "?";
@@ -54,13 +39,24 @@ std::string unknown_command(const CLI::App& parent, const std::string& word) {
 
 }  // namespace
 
+const CLI::App& chosen_command(const CLI::App& program) {
+  const CLI::App* command = &program;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  return *command;
+}
+
+std::string spelled(const CLI::App& command) {
+  const CLI::App* parent = command.get_parent();
+  return parent ? spelled(*parent) + " " + command.get_name() : "meniscus";
+}
+
 std::string nearest_name(const std::string& word, const std::vector<std::string>& names) {
   std::string best;
   const std::size_t letters_in_word =
       word.size() - std::min(word.size(), word.find_first_not_of('-'));
   std::size_t least = std::max<std::size_t>(1, letters_in_word / 3) + 1;
   for (const std::string& name : names)
-    if (const std::size_t letters = distance(word, name); letters < least) {
+    if (const std::size_t letters = edit_distance(word, name); letters < least) {
       least = letters;
       best = name;
     }
@@ -72,25 +68,20 @@ std::string unknown_word(const CLI::App& program, const std::vector<std::string>
   const auto is_unknown = [&](const std::string& word) {
     return std::find(unknown.begin(), unknown.end(), word) != unknown.end();
   };
-  const CLI::App* command = &program;
-  std::string path = "meniscus";
-  while (!command->get_subcommands().empty()) {
-    command = command->get_subcommands().front();
-    path += " " + command->get_name();
-  }
+  const CLI::App& command = chosen_command(program);
   for (const std::string& word : typed) {
     if (!is_unknown(word)) continue;
     if (word.starts_with('-') && word.size() > 1) {
       const std::string name = word.substr(0, word.find('='));
-      const std::string line = path + " has no option " + name;
+      const std::string line = spelled(command) + " has no option " + name;
       if (const std::string others = others_with(program, name); !others.empty())
         return line + others;
       std::vector<std::string> names;
-      for (const CLI::Option* option : command->get_options())
+      for (const CLI::Option* option : command.get_options())
         for (const std::string& known : option->get_lnames()) names.push_back("--" + known);
       return line + question(nearest_name(name, names));
     }
-    if (!commands_of(*command).empty()) return unknown_command(*command, word);
+    if (!commands_of(command).empty()) return unknown_command(command, word);
   }
   return "";
 }

@@ -7,6 +7,12 @@
 
 namespace meniscus::cli {
 
+/// The command that was chosen on the command line, or `program` where none was.
+const CLI::App& chosen_command(const CLI::App& program);
+
+/// The words that a command is called with: "meniscus bench frame".
+std::string spelled(const CLI::App& command);
+
 /// The first of the words typed that neither `program` nor the command chosen knows, with what may
 /// have been meant: the nearest word that it does know ("there is no command exract, did you mean
 /// extract?"), or the other commands that have such an option. Empty: all are known.
