@@ -54,7 +54,7 @@ class Page:
         self.command = command
         self.about, self.usage, self.sections = parse(help_of(program, command))
         self.commands = [name for heading, entries in self.sections if heading == "Commands"
-                         for name, _ in entries]
+                         for name, _ in entries if name]  # without closing remarks
         self.what = {name: what for heading, entries in self.sections if heading == "Commands"
                      for name, what in entries}
         self.options = []  # (names, placeholder, text)
