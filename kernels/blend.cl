@@ -423,9 +423,11 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
     add_normal(&C, c.z, of_c, &nx, &ny, &nz);
   }
   const floatv size = 1.0f / sqrt(larger(square_of(nx, ny, nz), tiny));
-  out.nx = plain_zero(nx * size);  // see gradient_at
-  out.ny = plain_zero(ny * size);
-  out.nz = plain_zero(nz * size);
+  // Where a ray passes by beyond all fits' reaches there is no normal, whatever counts farther.
+  const intv any_met = best > 0.0f;
+  out.nx = SELECT(none, plain_zero(nx * size), any_met);  // see gradient_at
+  out.ny = SELECT(none, plain_zero(ny * size), any_met);
+  out.nz = SELECT(none, plain_zero(nz * size), any_met);
   face_eye(s.dx, s.dy, &out.nx, &out.ny, &out.nz);
   // Where the fluid turns away from the eye no ray enters it, and hidden fits tell of sheet R. A
   // convex edge between the surface and R ends the surface where it leaves R's fluid. Within it R

@@ -462,9 +462,9 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     add_normal(C, c.z, of_c, out);
   }
   const Floats size = inverse_root(square_of(out.nx, out.ny, out.nz), kTiny);
-  out.nx *= size;
-  out.ny *= size;
-  out.nz *= size;
+  out.nx = best > 0.0f ? out.nx * size : none;
+  out.ny = best > 0.0f ? out.ny * size : none;
+  out.nz = best > 0.0f ? out.nz * size : none;
   face_eye(s.dx, s.dy, out.nx, out.ny, out.nz);
 
   const Floats end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
