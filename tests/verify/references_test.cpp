@@ -92,7 +92,7 @@ const Fault kFaults[] = {
     {"roundness", 11, "sheet.cl", "larger(square - noise,", "larger(square - 1.001f * noise,"},
     {"roundness", 11, "sheet.cl", "45.0f * missed", "45.5f * missed"},
     {"roundness", 11, "sheet.cl", "+ 0.01f) / sqrt", "+ 0.0102f) / sqrt"},
-    {"roundness", 11, "sheet.cl", "smooth_step(2.0f, 2.24f", "smooth_step(1.98f, 2.24f"},
+    {"roundness", 11, "sheet.cl", "smooth_step(1.9f, 2.16f", "smooth_step(1.88f, 2.16f"},
     {"roundness", 11, "sheet.cl", "1.5f * apart", "1.51f * apart"},
     {"roundness", 11, "sheet.cl", "(floatv)(0.12f +", "(floatv)(0.02f +"},
     {"roundness", 11, "roundness.cl", "around.ny * own.ny", "around.ny * own.nx"},
