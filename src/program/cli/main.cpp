@@ -141,7 +141,10 @@ int run(int argc, char** argv) {
               "cmake --preset release && cmake --build --preset release");
         });
 #endif
-  for (CLI::App* command : program.get_subcommands({})) command->group("Commands");
+  for (CLI::App* command : program.get_subcommands({})) {
+    command->group("Commands");
+    for (CLI::App* part : command->get_subcommands({})) part->group("Commands");
+  }
   program.footer(
       "meniscus help extract explains the options of extract, and so on.\n"
       "A first picture: meniscus generate --particles 1e5 -o dam.ply && meniscus extract dam.ply "
