@@ -114,12 +114,13 @@ typedef struct {
   intv group;         // the heaviest
 } Blended;
 
-// Adds a share of a hit to a sheet, with its weight and pull or those of the sheet that dominates.
+// Adds a share of a hit to a sheet.
 inline void add_hit(Sums* sum, global const float* foot, const Sample s, const Hit hit,
-                    const floatv weight, const floatv pull) {
+                    const floatv share) {
+  const floatv pull = share * hit.pull;
   const floatv px = fma(hit.tau, s.dx, s.sx - foot[0]), py = fma(hit.tau, s.dy, s.sy - foot[1]),
                pz = -s.t - foot[2] - hit.tau;
-  add_to_sheet(sum, weight, hit.tau, foot[0], foot[1], foot[2], hit.gx, hit.gy, hit.gz, pull,
+  add_to_sheet(sum, share * hit.weight, hit.tau, foot[0], foot[1], foot[2], hit.gx, hit.gy, hit.gz, pull,
                px, py, pz);
 }
 
@@ -233,11 +234,11 @@ inline void turn_to(const floatv nx, const floatv ny, const floatv nz, floatv* x
 
 // How far what is not of sheet A is of two faces, by how long the mean of its gradients is; as far as
 // it is some of what a ray meets.
-inline floatv third_of(const floatv a, const Sums* b) {
+inline floatv third_of(const Sums* a, const Sums* b) {
   const floatv tiny = (floatv)(1e-30f);
   const floatv length = sqrt(square_of(b->nx, b->ny, b->nz)) / larger(b->w, tiny);
   return (1.0f - smooth_step(0.95f, 0.98f, length)) *
-         counts_by(b->w / larger(a + b->w, tiny));
+         counts_by(b->w / larger(a->w + b->w, tiny));
 }
 
 // Adds a sheet's share to a normal: of the gradient of sum(w f) / sum(w) at the blended point, sum(w
@@ -270,8 +271,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   floatv best = none;
   intv best_group = (intv)(-1);
   floatv ax = none, ay = none, az = none;
-  floatv trust = none, firm = none, height = none, all = none;
-  floatv nx = none, ny = none, nz = none;  // of all gradients
+  floatv trust = none, firm = none, height = none;
   Sums A, B, C;  // A: as if all hits were of one sheet
   clear_sums(&A);
   clear_sums(&B);
@@ -308,13 +308,9 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       ax = SELECT(ax, hit.gx, better);
       ay = SELECT(ay, hit.gy, better);
       az = SELECT(az, hit.gz, better);
-      all += hit.weight;
       trust = fma(hit.weight, (floatv)(fits.record[FIT * fit + 12]), trust);
       height = fma(hit.weight, entry[n].height, height);
-      nx = fma(hit.weight, hit.gx, nx);
-      ny = fma(hit.weight, hit.gy, ny);
-      nz = fma(hit.weight, hit.gz, nz);
-      add_hit(&A, fits.foot + 4 * fit, s, hit, hit.far_weight, hit.far_pull);
+      add_hit(&A, fits.foot + 4 * fit, s, hit, (floatv)(1.0f));
     }
   }
 
@@ -338,10 +334,11 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       for (int k = 0; k < cache.count; ++k)
         least = smaller(SELECT((floatv)(1.0f),
                                alike(fits, cache.fit[k], &cache.hit[k], ax, ay, az),
-                               cache.hit[k].far_weight > 0.0f),
+                               cache.hit[k].weight > 0.0f),
                         least);
       one_sheet = !ANY(smooth_step(same_low, same_high, least) < 1.0f);
     }
+    floatv nx = A.nx, ny = A.ny, nz = A.nz;
     if (!one_sheet) {
       nx = ny = nz = none;
       for (int k = 0; k < total; ++k) {
@@ -354,18 +351,16 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
     }
     turn_to(nx, ny, nz, &ax, &ay, &az);
   }
-  floatv third = none, weight_a = all;  // what the fits of A weigh within their reach
+  floatv third = none;
   if (!one_sheet) {
-    weight_a = none;
     clear_sums(&A);
     floatv bx = none, by = none, bz = none, most = none;  // of what is not of A, the heaviest
     for (int k = 0; k < total; ++k) {
       if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
       const floatv share = of_sheet(fits, fit, &hit, ax, ay, az, blending);
+      add_hit(&A, fits.foot + 4 * fit, s, hit, share);
+      add_hit(&B, fits.foot + 4 * fit, s, hit, 1.0f - share);
       const floatv left = (1.0f - share) * hit.weight;
-      weight_a = fma(share, hit.weight, weight_a);
-      add_hit(&A, fits.foot + 4 * fit, s, hit, share * hit.far_weight, share * hit.far_pull);
-      add_hit(&B, fits.foot + 4 * fit, s, hit, left, (1.0f - share) * hit.pull);
       const intv better = left > most;
       most = SELECT(most, left, better);
       bx = SELECT(bx, hit.gx, better);
@@ -373,9 +368,9 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       bz = SELECT(bz, hit.gz, better);
     }
     // Where what is not of A faces two ways, three faces meet: it makes two sheets, B and C.
-    third = third_of(weight_a, &B);
+    third = third_of(&A, &B);
     if (ANY(third > 0.0f)) {
-      nx = ny = nz = none;
+      floatv nx = none, ny = none, nz = none;
       for (int k = 0; k < total; ++k) {
         if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
         const floatv rest = 1.0f - of_sheet(fits, fit, &hit, ax, ay, az, blending);
@@ -390,44 +385,41 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
         if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
         const floatv rest = 1.0f - of_sheet(fits, fit, &hit, ax, ay, az, blending);
         const floatv other = third * (1.0f - of_sheet(fits, fit, &hit, bx, by, bz, blending));
-        const floatv to_b = rest * (1.0f - other), to_c = rest * other;
-        add_hit(&B, fits.foot + 4 * fit, s, hit, to_b * hit.weight, to_b * hit.pull);
-        add_hit(&C, fits.foot + 4 * fit, s, hit, to_c * hit.weight, to_c * hit.pull);
+        add_hit(&B, fits.foot + 4 * fit, s, hit, rest * (1.0f - other));
+        add_hit(&C, fits.foot + 4 * fit, s, hit, rest * other);
       }
     }
   }
 
-  const floatv tiny = (floatv)(1e-30f);
+  const floatv tiny = (floatv)(1e-30f), all = A.w + B.w + C.w;
   const Sheet a = sheet_of(&A), b = sheet_of(&B), c = sheet_of(&C);
   intv edge = (intv)(0);  // convex
   Shares shares = {none, none};
   if (!one_sheet) {
     const floatv per_all = 1.0f / larger(all, tiny);
     const floatv some_b = counts_by(B.w * per_all);
-    const intv convex = convex_between(&a, &b), only_b = !(weight_a > 1e-9f * B.w);
-    edge = (B.w > 0.03f * weight_a) & convex & near_each(a.z, b.z, crease);
+    const intv convex = convex_between(&a, &b), only_b = !(A.w > 1e-9f * B.w);
+    edge = (B.w > 0.03f * A.w) & convex & near_each(a.z, b.z, crease);
     if (ANY(third > 0.0f)) {
       const floatv some_c = counts_by(C.w * per_all);
       shares = shares_in_corner(&a, &b, &c, some_b, some_c, only_b, crease);
-      edge |= (C.w > 0.03f * weight_a) & convex_between(&a, &c) & near_each(a.z, c.z, crease);
+      edge |= (C.w > 0.03f * A.w) & convex_between(&a, &c) & near_each(a.z, c.z, crease);
     } else {
       shares.b = SELECT(takes_over(a.z, b.z, convex, some_b, crease), (floatv)(1.0f), only_b);
     }
   }
   const floatv of_a = (floatv)(1.0f) - shares.b - shares.c, of_b = shares.b, of_c = shares.c;
   out.depth = SELECT((floatv)(INFINITY), s.t + a.z * of_a + b.z * of_b + c.z * of_c, best > 0.0f);
-  nx = ny = nz = none;
+  floatv nx = none, ny = none, nz = none;
   add_normal(&A, a.z, of_a, &nx, &ny, &nz);
   if (!one_sheet) {
     add_normal(&B, b.z, of_b, &nx, &ny, &nz);
     add_normal(&C, c.z, of_c, &nx, &ny, &nz);
   }
   const floatv size = 1.0f / sqrt(larger(square_of(nx, ny, nz), tiny));
-  // Where a ray passes by beyond all fits' reaches there is no normal, whatever counts farther.
-  const intv any_met = best > 0.0f;
-  out.nx = SELECT(none, plain_zero(nx * size), any_met);  // see gradient_at
-  out.ny = SELECT(none, plain_zero(ny * size), any_met);
-  out.nz = SELECT(none, plain_zero(nz * size), any_met);
+  out.nx = plain_zero(nx * size);  // see gradient_at
+  out.ny = plain_zero(ny * size);
+  out.nz = plain_zero(nz * size);
   face_eye(s.dx, s.dy, &out.nx, &out.ny, &out.nz);
   // Where the fluid turns away from the eye no ray enters it, and hidden fits tell of sheet R. A
   // convex edge between the surface and R ends the surface where it leaves R's fluid. Within it R

@@ -13,14 +13,7 @@
 // gives them back. What noise that brings along, fairing.cl takes away.
 #define PULL 0.75f
 #define ROUND_PULL -0.2f
-
-// How many times its squared reach is the square of how far a fit counts in the sheet that dominates.
-// The mean of many round fits is smooth, so there they reach farther. But far from their feet they lie
-// in the air: all else, and whether a sheet is there at all, is told by fits within their reach.
-inline float farther(global const float* fit) {
-  const float round = fit[15] * (1.0f / ROUNDEST), times = fma(FARTHER * round, round * round, 1.0f);
-  return times * times;
-}
+#define ROUNDEST 0.9f
 
 // That part of the weight's gradient, but for near^2 and the place.
 inline float pull_of(global const float* fit) {
@@ -69,10 +62,9 @@ inline Sample sample_at(const Rays r, const floatv t) {
 
 typedef struct {
   floatv tau;         // depth behind the reference depth, particle radii
-  floatv weight;      // of the fit there; 0: no hit, or beyond its reach
+  floatv weight;      // of the fit there; 0: no hit
   floatv gx, gy, gz;  // unit gradient there
   floatv pull;        // how fast the weight changes across the ray, see add_hit
-  floatv far_weight, far_pull;  // the same by how far it counts in the sheet that dominates
 } Hit;
 
 typedef struct {
@@ -140,8 +132,8 @@ inline void add_to_sheet(Sums* s, const floatv weight, const floatv value, const
   s->uz = fma(u, pz, s->uz);
 }
 
-// Where rays enter a fit's fluid or graze it, and how far from its foot, as a part of how
-// far it counts at most, squared: infinite where they do neither. And how high above it they pass, within GRAZE; below 0 where they enter.
+// Where rays enter a fit's fluid or graze it, and how far from its foot, in reaches: infinite where
+// they do neither. And how high above it they pass, within GRAZE; below 0 where they enter.
 typedef struct {
   floatv tau, squared, height;
 } Entry;
@@ -172,7 +164,7 @@ inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const floa
   const intv met = fabs(at) <= SELECT((floatv)(4.0f), (floatv)(1.0f), grazed) * d_max;
   const floatv tau = SELECT(none, at, met);
   const floatv px = fma(tau, s.dx, x), py = fma(tau, s.dy, y), pz = z - tau;
-  const floatv squared = square_of(px, py, pz) * (g[10] / farther(g));
+  const floatv squared = square_of(px, py, pz) * g[10];
   const Entry e = {tau, SELECT((floatv)(INFINITY), squared, met),
                    SELECT((floatv)(-GRAZE), larger(least, (floatv)(-GRAZE)), bent)};
   return e;
@@ -187,7 +179,7 @@ inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float
   const floatv x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
   const floatv px = fma(tau, s.dx, x), py = fma(tau, s.dy, y), pz = z - tau;
   floatv gx, gy, gz;
-  const floatv far = larger(one - squared, none), near = larger(one - squared * farther(g), none);
+  const floatv near = larger(one - squared, none);
   gradient_at(g, px, py, pz, &gx, &gy, &gz);
   const floatv slope = 1.0f / sqrt(larger(square_of(gx, gy, gz), (floatv)(1e-20f)));
   hit->tau = tau;
@@ -195,23 +187,18 @@ inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float
   const floatv facing = fma(gx, s.dx, fma(gy, s.dy, -gz)) * slope;
   const intv met = fabs(tau) * smaller(2.0f * fabs(facing), one) <= d_max;
   const floatv steep = SELECT(none, near * near * g[11], met);
-  const floatv far_steep = SELECT(none, far * far * g[11], met);
   hit->weight = steep * near;
-  hit->far_weight = far_steep * far;
   hit->gx = gx * slope;
   hit->gy = gy * slope;
   hit->gz = gz * slope;
   hit->pull = pull_of(g) * steep * facing;
-  hit->far_pull = pull_of(g) / farther(g) * far_steep * facing;
-  return ANY(hit->far_weight > 0.0f);
+  return ANY(hit->weight > 0.0f);
 }
 
 inline void fade_hit(const Entry e, Hit* hit) {
   const floatv rest = 1.0f - larger(e.height, (floatv)(0.0f)) * (1.0f / GRAZE);
   hit->weight *= rest * rest;
   hit->pull *= rest * rest;
-  hit->far_weight *= rest * rest;
-  hit->far_pull *= rest * rest;
 }
 
 // Returns whether any ray enters a fit's fluid, or grazes it, within its reach.

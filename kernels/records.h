@@ -32,11 +32,6 @@ enum { NEARER = 0, NEARER_UNLESS = 1, FINITE = 2 };
 // the ray to be met near it; they are asked at the sample itself (blend.cl).
 #define STEEP 0.5f
 
-// The last value of a round fit's record; and how much farther than its reach a round fit counts in the
-// sheet that dominates (farther in hits.cl), as far as a fit between planes.
-#define ROUNDEST 0.9f
-#define FARTHER 0.42857143f
-
 // Where samples lie on the screen: sample (i, j) at pixel (first + i step, first + j step).
 RECORD(Lattice) {
   int nx, ny;

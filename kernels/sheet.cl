@@ -198,7 +198,7 @@ kernel void tell_roundness(global float* surface,  // [particles][4] normals, in
     const Together own =
         those_together(fits.cells, SPAN, LOADI(item), at.x, at.y, at.z, count - first);
     const Sums means = means_around(fits, own, at);
-    const floatv round = gather_float(value + n, item) * smooth_step(1.9f, 2.16f, means.a);
+    const floatv round = gather_float(value + n, item) * smooth_step(2.0f, 2.24f, means.a);
     int of[WIDTH];
     for (int l = 0; l < WIDTH; ++l) of[l] = 4 * particle[item[l]] + 3;
     scatter_float(round, surface, of, own.used);

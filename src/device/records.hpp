@@ -12,13 +12,11 @@ using uint = std::uint32_t;
 #include "../../kernels/records.h"
 #undef RECORD
 inline constexpr float kOnEdge = ON_EDGE, kEnded = ENDED, kPassed = PASSED, kSteep = STEEP,
-                       kRoundest = ROUNDEST, kFarther = FARTHER, kWhitewaterMost = WHITEWATER_MOST;
+                       kWhitewaterMost = WHITEWATER_MOST;
 #undef ON_EDGE
 #undef ENDED
 #undef PASSED
 #undef STEEP
-#undef ROUNDEST
-#undef FARTHER
 #undef WHITEWATER_MOST
 
 /// Whether a record has the same layout on every device: plain, and all members have four bytes.

@@ -18,6 +18,9 @@ constexpr double kFitted = 0.8;       // of its support a group's weight reaches
 constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see blend.cl
 constexpr std::size_t kGrain = 512;   // fits that are worth a thread
 
+// What a round fit has in the last value of its record, see pull_of and leeway_of in hits.cl.
+constexpr double kRound = 0.9;
+
 // Screen box, in samples; both ends included. Empty when i1 < i0.
 struct Box {
   int i0, i1, j0, j1;
@@ -85,16 +88,15 @@ Slopes slopes_of(const float* c) {
 
 // Where rays are looked for that meet a fit at its points where f is at most `value` from zero:
 // there the quadric leaves the plane at its foot by its bend times half the squared reach, so they
-// lie in a slab through the sphere of that reach. With room for the kernels' rounding.
+// lie in a slab through the sphere of its reach. With room for the kernels' rounding.
 struct Slab {
   Vec3d centre, normal;
   double reach, thick;  // half the slab's
 };
 
-Slab slab_of(const BlendRecords& records, std::size_t k, const Slopes& slopes, double value,
-             double within) {
+Slab slab_of(const BlendRecords& records, std::size_t k, const Slopes& slopes, double value) {
   const float *c = &records.record[k * kRecord], *foot = &records.foot[4 * k];
-  const double reach = 1.01 * within, slope = std::max(slopes.at_foot, 1e-6);
+  const double reach = 1.01 * foot[3], slope = std::max(slopes.at_foot, 1e-6);
   const double off = value + std::abs(c[0]) + slopes.bend * reach * reach / 2 + 0.02;
   return {
       {foot[0], foot[1], foot[2]}, {c[1] / slope, c[2] / slope, c[3] / slope}, reach, off / slope};
@@ -188,7 +190,7 @@ BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& t
                              1 / trust[k],
                              weight * fits.surface[k],
                              fits.firmness[k] / fits.edge[k],
-                             records::kRoundest * fits.roundness[k]};
+                             kRound * fits.roundness[k]};
     std::ranges::transform(record, &records.record[k * kRecord],
                            [](double v) { return static_cast<float>(v); });
     const double place[] = {foot.x, foot.y, foot.z, reach};
@@ -251,12 +253,10 @@ FitTiles list_fits(Device& device, const View& view, const BlendRecords& records
       const float *c = &records.record[k * kRecord], reach = records.foot[4 * k + 3];
       if (!(reach > 0)) continue;
       const Slopes slopes = slopes_of(c);
-      const double round = c[15] / records::kRoundest,
-                   met_within = reach * (1 + records::kFarther * round * round * round);
-      if (c[11] > 0) list_slab(met, k, slab_of(records, k, slopes, 0, met_within));
+      if (c[11] > 0) list_slab(met, k, slab_of(records, k, slopes, 0));
       if (!(c[13] > 0)) continue;
-      const double value = kRimDepth * (slopes.at_foot + slopes.bend * reach);
-      list_slab(rim, k, slab_of(records, k, slopes, value, reach));
+      list_slab(rim, k,
+                slab_of(records, k, slopes, kRimDepth * (slopes.at_foot + slopes.bend * reach)));
       rim.wanted[k] = may_be_steep(view, records, k, slopes, rim.box[k], grid);
     }
   });

@@ -11,10 +11,9 @@ namespace meniscus {
 namespace {
 
 constexpr std::size_t kModel = 12;  // floats of a trial fit, as in roundness.cl
-// Over which fits evidence is averaged: beyond a rim they count up to 100 degrees, because a rim
-// turns by 180. And over which the bent places' scores are: all around, whatever their normals, so
-// that the faces of an edge are as round as each other.
-constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{kBentSheet, -3, -2};
+// Over which fits evidence is averaged, and over which the bent places' scores. Fits beyond a rim
+// count up to 100 degrees: a rim turns by 180.
+constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{kBentSheet, -0.6f, -0.2f};
 static_assert(kEvidenceSheet <= kResidualReach);
 
 // What irregular particles add to both squares (score_bends): this times d (1 - d / 2), d their

@@ -68,7 +68,7 @@ SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlac
 
 /// Puts the roundness of each particle that is tried, 0 .. 1, behind its normal (FitRecords): 0
 /// where two sheets meet or the surface is flat, 1 where one quadric goes round a bend. With the
-/// mean score of the bent places within 40: smoothstep(1.9, 2.16, score) as far as it bends
+/// mean score of the bent places within 40: smoothstep(2, 2.24, score) as far as it bends
 /// (kernel tell_roundness). Does not wait. Throws DeviceError.
 void tell_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
                     const FitSurface& surface);

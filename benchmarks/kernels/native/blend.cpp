@@ -9,7 +9,6 @@ namespace {
 constexpr int kRecord = 16, kCached = 48;
 constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
 constexpr float kPull = 0.75f, kRoundPull = -0.2f, kRoundest = 0.9f;  // of hits.cl
-constexpr float kFarther = 0.42857143f;                               // of records.h
 constexpr float kGraze = 0.3f, kOver = 0.06f, kSurelyOver = 0.8f, kWithin = -0.05f, kSteep = 0.5f,
                 kVouching = 1e-3f, kVouchingSure = 3e-4f, kCredible = 0.05f;
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
@@ -19,7 +18,7 @@ struct Sample {
 };
 
 struct Hit {
-  Floats tau, weight, gx, gy, gz, pull, far_weight, far_pull;
+  Floats tau, weight, gx, gy, gz, pull;
 };
 
 [[gnu::always_inline]] inline void gradient_at(const float* g, const Floats& x, const Floats& y,
@@ -52,14 +51,6 @@ struct Entry {
   bool counts() const { return any(squared < 1.0f); }
 };
 
-// How many times its squared reach is the square of how far a fit counts in the sheet that
-// dominates.
-inline float farther(const float* g) {
-  const float round = g[15] * (1.0f / kRoundest),
-              times = __builtin_fmaf(kFarther * round, round * round, 1.0f);
-  return times * times;
-}
-
 [[gnu::always_inline]] inline Entry entry_of(const float* g, const float* foot, const Sample& s,
                                              float d_max) {
   const Floats x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
@@ -81,7 +72,7 @@ inline float farther(const float* g) {
   Entry entry;
   entry.tau = met ? tau : Floats{};
   const Floats px = fused(entry.tau, s.dx, x), py = fused(entry.tau, s.dy, y), pz = z - entry.tau;
-  entry.squared = met ? square_of(px, py, pz) * (g[10] / farther(g)) : all(kNowhere);
+  entry.squared = met ? square_of(px, py, pz) * g[10] : all(kNowhere);
   entry.height = bent ? larger(least, all(-kGraze)) : all(-kGraze);
   return entry;
 }
@@ -91,32 +82,26 @@ inline float farther(const float* g) {
                                          float d_max, const Entry& entry, Hit& hit) {
   const Floats none{}, one = all(1.0f), tau = entry.tau;
   const Floats x = s.sx - foot[0], y = s.sy - foot[1], z = -s.t - foot[2];
-  const Floats far = larger(one - entry.squared, none),
-               near = larger(one - entry.squared * farther(g), none);
+  const Floats near = larger(one - entry.squared, none);
   Floats gx, gy, gz;
   gradient_at(g, fused(tau, s.dx, x), fused(tau, s.dy, y), z - tau, gx, gy, gz);
   const Floats slope = 1.0f / root(larger(square_of(gx, gy, gz), all(1e-20f)));
   const Floats facing = fused(gx, s.dx, fused(gy, s.dy, -gz)) * slope;
   const Ints met = magnitude(tau) * smaller(2.0f * magnitude(facing), one) <= d_max;
-  const Floats steep = met ? near * near * g[11] : none, far_steep = met ? far * far * g[11] : none;
+  const Floats steep = met ? near * near * g[11] : none;
   hit.tau = tau;
   hit.weight = steep * near;
-  hit.far_weight = far_steep * far;
   hit.gx = gx * slope;
   hit.gy = gy * slope;
   hit.gz = gz * slope;
-  const float pull = 6.0f * g[10] * (g[15] * ((kPull - kRoundPull) / kRoundest) - kPull);
-  hit.pull = pull * steep * facing;
-  hit.far_pull = pull / farther(g) * far_steep * facing;
-  return any(hit.far_weight > 0.0f);
+  hit.pull = 6.0f * g[10] * (g[15] * ((kPull - kRoundPull) / kRoundest) - kPull) * steep * facing;
+  return any(hit.weight > 0.0f);
 }
 
 [[gnu::always_inline]] inline void fade(const Entry& entry, Hit& hit) {
   const Floats rest = 1.0f - larger(entry.height, Floats{}) * (1.0f / kGraze);
   hit.weight *= rest * rest;
   hit.pull *= rest * rest;
-  hit.far_weight *= rest * rest;
-  hit.far_pull *= rest * rest;
 }
 
 struct Beam {
@@ -195,7 +180,8 @@ struct Sheet {
 };
 
 [[gnu::always_inline]] inline void add_hit(Sheet& sum, const float* foot, const Sample& s,
-                                           const Hit& hit, const Floats& w, const Floats& v) {
+                                           const Hit& hit, const Floats& share) {
+  const Floats w = share * hit.weight;
   sum.w += w;
   sum.t = fused(w, hit.tau, sum.t);
   sum.cx = fused(w, all(foot[0]), sum.cx);
@@ -204,7 +190,7 @@ struct Sheet {
   sum.nx = fused(w, hit.gx, sum.nx);
   sum.ny = fused(w, hit.gy, sum.ny);
   sum.nz = fused(w, hit.gz, sum.nz);
-  const Floats u = v * hit.tau;
+  const Floats v = share * hit.pull, u = v * hit.tau;
   const Floats px = fused(hit.tau, s.dx, s.sx - foot[0]), py = fused(hit.tau, s.dy, s.sy - foot[1]),
                pz = -s.t - foot[2] - hit.tau;
   sum.vx = fused(v, px, sum.vx);
@@ -300,8 +286,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   std::int32_t cached_group[kCached];
   int kept = 0, rest = listed.met.count;
   Blended out;
-  Floats best{}, ax{}, ay{}, az{}, trust{}, firm{}, height{}, weights{};
-  Floats nx{}, ny{}, nz{};  // of all gradients
+  Floats best{}, ax{}, ay{}, az{}, trust{}, firm{}, height{};
   Sheet A, B, C;
   // Half of the fits near the beam are met beyond their reach, and which could not be foreseen:
   // first all that rays meet, without a branch, then the weights of those that count.
@@ -340,13 +325,9 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       ax = better ? hit.gx : ax;
       ay = better ? hit.gy : ay;
       az = better ? hit.gz : az;
-      weights += hit.weight;
       trust = fused(hit.weight, all(g[12]), trust);
       height = fused(hit.weight, entry[n].height, height);
-      nx = fused(hit.weight, hit.gx, nx);
-      ny = fused(hit.weight, hit.gy, ny);
-      nz = fused(hit.weight, hit.gz, nz);
-      add_hit(A, foot_of(fit), s, hit, hit.far_weight, hit.far_pull);
+      add_hit(A, foot_of(fit), s, hit, one);
     }
   }
   if (!any(best > 0.0f)) return out;
@@ -382,10 +363,11 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       Floats least = one;
       for (int k = 0; k < kept; ++k) {
         const Floats agrees = alike(cache[k], fit_at(cached_group[k]));
-        least = smaller(least, cache[k].far_weight > 0.0f ? agrees : one);
+        least = smaller(least, cache[k].weight > 0.0f ? agrees : one);
       }
       one_sheet = !any(same(least) < 1.0f);
     }
+    Floats nx = A.nx, ny = A.ny, nz = A.nz;
     if (!one_sheet) {
       nx = ny = nz = none;
       each_hit([&](const Hit& hit, const float* g, const float*) {
@@ -397,16 +379,14 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     }
     turn_to(nx, ny, nz, ax, ay, az);
   }
-  Floats third{}, weight_a = weights;  // what the fits of A weigh within their reach
+  Floats third{};
   if (!one_sheet) {
-    weight_a = none;
     A = Sheet{};
     Floats bx{}, by{}, bz{}, most{};
     each_hit([&](const Hit& hit, const float* g, const float* foot) {
       const Floats share = same(alike(hit, g)), left = (1.0f - share) * hit.weight;
-      weight_a = fused(share, hit.weight, weight_a);
-      add_hit(A, foot, s, hit, share * hit.far_weight, share * hit.far_pull);
-      add_hit(B, foot, s, hit, left, (1.0f - share) * hit.pull);
+      add_hit(A, foot, s, hit, share);
+      add_hit(B, foot, s, hit, 1.0f - share);
       const Ints better = left > most;
       most = better ? left : most;
       bx = better ? hit.gx : bx;
@@ -415,12 +395,12 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     });
     const Floats length = root(square_of(B.nx, B.ny, B.nz)) / larger(B.w, tiny);
     third = (1.0f - smooth_step(0.95f, 0.98f, length)) *
-            smooth_step(0.003f, 0.02f, B.w / larger(weight_a + B.w, tiny));
+            smooth_step(0.003f, 0.02f, B.w / larger(A.w + B.w, tiny));
     if (any(third > 0.0f)) {
       const auto of_b = [&](const Hit& hit, const float* g) {
         return same(g[15] + dot_of(hit.gx, hit.gy, hit.gz, bx, by, bz));
       };
-      nx = ny = nz = none;
+      Floats nx{}, ny{}, nz{};
       each_hit([&](const Hit& hit, const float* g, const float*) {
         const Floats w = (1.0f - same(alike(hit, g))) * hit.weight * of_b(hit, g);
         nx = fused(w, hit.gx, nx);
@@ -431,25 +411,25 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       B = Sheet{};
       each_hit([&](const Hit& hit, const float* g, const float* foot) {
         const Floats others = 1.0f - same(alike(hit, g)), other = third * (1.0f - of_b(hit, g));
-        const Floats to_b = others * (1.0f - other), to_c = others * other;
-        add_hit(B, foot, s, hit, to_b * hit.weight, to_b * hit.pull);
-        add_hit(C, foot, s, hit, to_c * hit.weight, to_c * hit.pull);
+        add_hit(B, foot, s, hit, others * (1.0f - other));
+        add_hit(C, foot, s, hit, others * other);
       });
     }
   }
 
+  const Floats weights = A.w + B.w + C.w;
   const Middle a = middle_of(A), b = middle_of(B), c = middle_of(C);
   Ints edge{};
   Shares shares{};
   if (!one_sheet) {
     const Floats per_all = 1.0f / larger(weights, tiny);
     const Floats some_b = smooth_step(0.003f, 0.02f, B.w * per_all);
-    const Ints convex = convex_between(a, b), only_b = ~(weight_a > 1e-9f * B.w);
-    edge = (B.w > 0.03f * weight_a) & convex & (magnitude(a.z - b.z) <= in.crease);
+    const Ints convex = convex_between(a, b), only_b = ~(A.w > 1e-9f * B.w);
+    edge = (B.w > 0.03f * A.w) & convex & (magnitude(a.z - b.z) <= in.crease);
     if (any(third > 0.0f)) {
       const Floats some_c = smooth_step(0.003f, 0.02f, C.w * per_all);
       shares = shares_in_corner(a, b, c, some_b, some_c, only_b, in.crease);
-      edge |= (C.w > 0.03f * weight_a) & convex_between(a, c) & (magnitude(a.z - c.z) <= in.crease);
+      edge |= (C.w > 0.03f * A.w) & convex_between(a, c) & (magnitude(a.z - c.z) <= in.crease);
     } else {
       shares.b = only_b ? one : takes_over(a.z, b.z, convex, some_b, in.crease);
     }
@@ -462,9 +442,9 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     add_normal(C, c.z, of_c, out);
   }
   const Floats size = inverse_root(square_of(out.nx, out.ny, out.nz), kTiny);
-  out.nx = best > 0.0f ? out.nx * size : none;
-  out.ny = best > 0.0f ? out.ny * size : none;
-  out.nz = best > 0.0f ? out.nz * size : none;
+  out.nx *= size;
+  out.ny *= size;
+  out.nz *= size;
   face_eye(s.dx, s.dy, out.nx, out.ny, out.nz);
 
   const Floats end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;

@@ -35,12 +35,6 @@ inline double reach(const ParticleFits& fits, std::size_t k, const FitParams& fi
   return 0.84 * params.radius * std::max(0.7, fits.support[k] / fit.support);
 }
 
-/// How far it counts in the sheet that dominates.
-inline double far_reach(const ParticleFits& fits, std::size_t k, const FitParams& fit,
-                        const BlendParams& params) {
-  return reach(fits, k, fit, params) * (1 + 3.0 / 7 * std::pow(fits.roundness[k], 3));
-}
-
 /// The weight (1 - D²)³ with D the distance over the reach, and half its gradient in X.
 inline double nearness(const Vec3d& from_foot, double reach) {
   const double d = std::min(length(from_foot) / reach, 1.0);
@@ -75,7 +69,7 @@ struct Blended {
 inline constexpr double kGraze = 0.3;
 struct Hit {
   std::size_t fit;
-  double t, weight, far_weight, height;  // far_weight: of the sheet that dominates
+  double t, weight, height;
   double fade() const { return std::pow(1 - std::max(height, 0.0) / kGraze, 2); }
   Vec3d at, gradient;
 };
@@ -92,7 +86,7 @@ inline Hit meet(const ParticleFits& fits, const std::vector<double>& trust, std:
                 const View& view, double u, double v, double t0, const FitParams& fit,
                 const BlendParams& params) {
   const Vec3d ray = ray_direction(view, u, v), start = point_at(view, u, v, t0);
-  Hit hit{k, t0, 0, 0, -kGraze, start, {}};
+  Hit hit{k, t0, 0, -kGraze, start, {}};
   // Roots of A tau^2 + B tau + C along the ray: from values at three points.
   Vec3d g;
   const double C = value(fits, k, start, &g), B = dot(g, ray);
@@ -119,12 +113,8 @@ inline Hit meet(const ParticleFits& fits, const std::vector<double>& trust, std:
   if (std::abs(tau) > (grazes ? 1 : 4) * params.d_max ||
       std::abs(tau) * std::min(2 * facing, 1.0) > params.d_max)
     return hit;
-  const auto weight_by = [&](double within) {
-    return nearness(hit.at - fits.foot[k], within) * fits.edge[k] * fits.visible[k] * trust[k] *
-           hit.fade();
-  };
-  hit.weight = weight_by(reach(fits, k, fit, params));
-  hit.far_weight = weight_by(far_reach(fits, k, fit, params));
+  hit.weight = nearness(hit.at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
+               fits.visible[k] * trust[k] * hit.fade();
   return hit;
 }
 
@@ -138,12 +128,11 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   for (std::size_t k = 0; k < fits.size(); ++k) {
     if (!counts(fits, trust, k) || fits.visible[k] < 1e-3) continue;
     const Hit hit = meet(fits, trust, k, view, u, v, t0, fit, params);
-    if (hit.far_weight > 0) hits.push_back(hit);
+    if (hit.weight > 0) hits.push_back(hit);
   }
   Blended out;
-  out.hits = static_cast<std::size_t>(
-      std::ranges::count_if(hits, [](const Hit& hit) { return hit.weight > 0; }));
-  if (out.hits == 0) return out;
+  out.hits = hits.size();
+  if (hits.empty()) return out;
 
   // Sheet A around the gradient that dominates.
   const auto same = [&](const Vec3d& a, const Vec3d& b) {
@@ -188,16 +177,10 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     double cancelled = 0;
   } sheets[3];
   double untrusted = 0, firm = 0, all = 0, height = 0;
-  for (const Hit& hit : hits) {
-    untrusted += hit.weight / trust[hit.fit];
-    firm += hit.weight / hit.fade() * fits.firmness[hit.fit] / fits.edge[hit.fit];
-    all += hit.weight;
-    height += hit.weight * hit.height;
-  }
   for (int s = 0; s < 3; ++s) {
     Sheet& sheet = sheets[s];
     const auto part = [&](const Hit& hit) {
-      if (s == 0) return hit.far_weight * belongs(hit, axis);
+      if (s == 0) return hit.weight * belongs(hit, axis);
       const double c = third * (1 - belongs(hit, other));
       return rest_of(hit) * (s == 1 ? 1 - c : c);
     };
@@ -206,6 +189,10 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
       sheet.t += part(hit) * hit.t;
       sheet.centre += part(hit) * fits.foot[hit.fit];
       sheet.normal += part(hit) * hit.gradient;
+      untrusted += part(hit) / trust[hit.fit];
+      firm += part(hit) / hit.fade() * fits.firmness[hit.fit] / fits.edge[hit.fit];
+      all += part(hit);
+      height += part(hit) * hit.height;
     }
     if (!(sheet.weight > 0)) continue;
     sheet.t /= sheet.weight;
@@ -213,8 +200,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     sheet.blended = sheet.normal;
     for (const Hit& hit : hits) {
       const Vec3d from_foot = hit.at - fits.foot[hit.fit];
-      const double r = (s == 0 ? far_reach : reach)(fits, hit.fit, fit, params),
-                   w = nearness(from_foot, r);
+      const double r = reach(fits, hit.fit, fit, params), w = nearness(from_foot, r);
       if (!(w > 0)) continue;
       // Three quarters of it where the fit is not round, less than none of it where it is.
       const double counts = 2 * (0.75 + fits.roundness[hit.fit] * (-0.2 - 0.75));
@@ -240,7 +226,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   const bool ab = has_b && side(a, b) < 0, ac = has_c && side(a, c) < 0,
              bc = has_c && side(b, c) < 0;
   const auto of_b = [&](double depth, double beside) {
-    return weight_a > 1e-9 * b.weight ? takes(depth, beside, ab, some_b) : 1;
+    return a.weight > 1e-9 * b.weight ? takes(depth, beside, ab, some_b) : 1;
   };
   double share_b = 0, share_c = 0;
   if (!has_c) {
@@ -261,7 +247,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   }
   const std::array shares{1 - share_b - share_c, share_b, share_c};
   const auto tell_apart = [&](const Sheet& p, const Sheet& q) {
-    if (!(std::min(&p == &a ? weight_a : p.weight, q.weight) > 0.003 * all)) return;
+    if (!(std::min(p.weight, q.weight) > 0.003 * all)) return;
     out.margin = std::min({out.margin, std::abs(side(p, q)), std::abs(p.t - q.t),
                            std::abs(std::abs(p.t - q.t) - params.crease)});
   };
@@ -288,8 +274,8 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   const bool over = height > 0.06 * all;
   out.passed = over && out.trust > 0.8;
   if (over && !out.passed) out.trust = 0;  // nothing is met
-  out.on_edge = (ab && near(a.t, b.t) && b.weight > 0.03 * weight_a) ||
-                (ac && near(a.t, c.t) && c.weight > 0.03 * weight_a);
+  out.on_edge = (ab && near(a.t, b.t) && b.weight > 0.03 * a.weight) ||
+                (ac && near(a.t, c.t) && c.weight > 0.03 * a.weight);
 
   // Sheet R: what faces away near the point, with another normal. It and steep faces that meet the
   // surface in a convex edge vouch for a point within them.

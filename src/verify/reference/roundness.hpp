@@ -159,7 +159,7 @@ inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const 
 /// The roundness of a fit that bends so far, of the mean score around.
 inline Estimate roundness_of(const SheetMean& score, double bends) {
   return passed_on({score.mean, score.error},
-                   [&](double x) { return bends * smooth_step(1.9, 2.16, x); });
+                   [&](double x) { return bends * smooth_step(2.0, 2.24, x); });
 }
 
 }  // namespace meniscus::reference

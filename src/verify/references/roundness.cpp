@@ -13,7 +13,7 @@ namespace meniscus::verify {
 namespace {
 
 // Averages as the kernels take them (docs/method.md).
-constexpr SheetWeights kNear{5, -0.6f, -0.2f}, kFar{40, -3, -2};
+constexpr SheetWeights kNear{5, -0.6f, -0.2f}, kFar{40, -0.6f, -0.2f};
 
 // Next to nothing may be nothing in floats.
 bool tells(const reference::SheetMean& mean) { return mean.weight == 0 || mean.weight > 1e-3; }
