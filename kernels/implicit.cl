@@ -368,7 +368,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
 inline void implicit_at(const Cells cells, global const float* weight, const FitCells fits,
                         const floatv x, const floatv y, const floatv z, const intv wanted,
                         const Implicit of, Level* result) {
-  const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
+  const floatv none = (floatv)(0.0f);
   const float2 limits = (float2)(of.contour, of.level), sheets = (float2)(of.same_low, of.same_high);
   int item[LISTED + 2 * WIDTH], count;
   Search search = search_of(cells, box_of(x, y, z, wanted), SUPPORT);

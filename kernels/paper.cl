@@ -224,7 +224,7 @@ kernel void smooth_contour(REGION(const, group, depth),
 
 // A group's record is 20 floats: 0-2 centre, 3-5 normal, 6-15 quadric (see fit.hpp), 16-17 centre
 // on the screen in pixels, 18 radius R, 19 billboard radius.
-#define RECORD 20
+#define GROUP_RECORD 20
 
 // Eqs. 6 and 7 at every sample of the region: all groups whose billboard covers the sample and
 // whose intersection with its ray lies within d_max of the triangle's depth. Where there is none,
@@ -232,7 +232,7 @@ kernel void smooth_contour(REGION(const, group, depth),
 // by, or parts of one; one work-item per sample.
 kernel void blend_printed(REGION(const, region, reference),  // owning group, -1: outside; depth of
                                                              // the triangle
-                          global const float* groups,        // [groups][RECORD]
+                          global const float* groups,        // [groups][GROUP_RECORD]
                           global const int* tile_start,      // [tiles + 1]
                           global const int* tile_group,      // group ids, ascending in each tile
                           global float* depth,               // [samples] out
@@ -251,12 +251,12 @@ kernel void blend_printed(REGION(const, region, reference),  // owning group, -1
   const float dx = screen.rays.dx + screen.rays.dx_u * u + screen.rays.dx_v * v;
   const float dy = screen.rays.dy + screen.rays.dy_u * u + screen.rays.dy_v * v;
   const float t = reference[s];
-  global const float* owner = groups + own * RECORD;
+  global const float* owner = groups + own * GROUP_RECORD;
   float sum = 0.0f, weight = 0.0f, best = 0.0f;
   int heaviest = own;
   for (int k = tile_start[tile]; k < tile_start[tile + 1]; ++k) {
     const int id = tile_group[k];
-    global const float* g = groups + id * RECORD;
+    global const float* g = groups + id * GROUP_RECORD;
     // d_k, in particle radii at the group's centre.
     const float w = how.w_row[0] * g[0] + how.w_row[1] * g[1] + how.w_row[2] * g[2] + how.w_row[3];
     const float du = (u - g[16]) * w / how.u_scale, dv = (v - g[17]) * w / how.v_scale;

@@ -11,7 +11,7 @@
 // Depth maps are positive floats, whose bits order like integers: the nearest is kept by
 // atomic_min, then the lowest owner among the equally near.
 
-#define RECORD 24
+#define PARTICLE_RECORD 24
 
 // --- Region --------------------------------------------------------------------------------------
 
@@ -111,7 +111,7 @@ inline Entry enter(global const float* g, const Ray r, const float t) {
 kernel void own_capsules(global const float* ends,       // [8][stride] u, v, t, pixels per radius
                                                          // along u of both particles
                          global const int* particle,     // [2][stride]
-                         global const float* records,    // [particles][RECORD]
+                         global const float* records,    // [particles][PARTICLE_RECORD]
                          global const float* triangles,  // [samples] depth of own_triangles
                          OWNED(depth, owner),            // as of own_triangles
                          const Capsules capsules, const Screen screen, const int owner_pass) {
@@ -125,8 +125,8 @@ kernel void own_capsules(global const float* ends,       // [8][stride] u, v, t,
   const float ub = ends[4 * stride + k], vb = ends[5 * stride + k] * aspect,
               tb = ends[6 * stride + k], kb = ends[7 * stride + k];
   const int a = particle[k], b = particle[stride + k];
-  global const float* ga = records + a * RECORD;
-  global const float* gb = records + b * RECORD;
+  global const float* ga = records + a * PARTICLE_RECORD;
+  global const float* gb = records + b * PARTICLE_RECORD;
   const float reach = fmax(ka, kb) * radius;
   const int2 is = samples_between(fmin(ua, ub) - reach, fmax(ua, ub) + reach, first, step,
                                   screen.nx);
@@ -154,7 +154,7 @@ kernel void own_capsules(global const float* ends,       // [8][stride] u, v, t,
         const Ray r = ray_at(screen.rays, u, v);
         for (int end = 0; end < 2 && z == INFINITY; ++end) {
           const int p = end == 0 ? by : a + b - by;
-          global const float* g = records + p * RECORD;
+          global const float* g = records + p * PARTICLE_RECORD;
           if (g[18] == 0.0f) continue;
           const Entry entry = enter(g, r, t);
           if (!(fabs(entry.t - t) <= 3.0f) || !(entry.t > 0.0f)) continue;
@@ -325,7 +325,7 @@ inline int in_reach(global const float* g, const Sample s) {
 // a part of one.
 kernel void blend_particles(
     STABLE_REGION(reference, front, owner),  // +inf: leave the sample; depth where no fit is met
-    global const float* records,             // [particles][RECORD]
+    global const float* records,             // [particles][PARTICLE_RECORD]
     global const int* tile_start,            // [tiles + 1]
     global const int* tile_group,            // particles, ascending in each tile
     FOUND(depth, normal, group),             // the heaviest particle
@@ -350,7 +350,7 @@ kernel void blend_particles(
     part_z[k] = 1.0f;
     if (!(part_t[k] < INFINITY)) continue;
     covered = 1;
-    global const float* g = records + part_owner[k] * RECORD;
+    global const float* g = records + part_owner[k] * PARTICLE_RECORD;
     part_x[k] = g[3];
     part_y[k] = g[4];
     part_z[k] = g[5];
@@ -378,8 +378,8 @@ kernel void blend_particles(
   intv best_group = LOADI(part_owner);
   for (int k = begin; k < end; ++k) {
     const int id = tile_group[k];
-    if (!in_reach(records + id * RECORD, s)) continue;
-    const Hit hit = hit_particle(records + id * RECORD, s, blending.d_max);
+    if (!in_reach(records + id * PARTICLE_RECORD, s)) continue;
+    const Hit hit = hit_particle(records + id * PARTICLE_RECORD, s, blending.d_max);
     const floatv passed = fmax(-hit.weight, (floatv)(0.0f));
     wm += passed;
     tm += passed * hit.tau;
@@ -411,7 +411,7 @@ kernel void blend_particles(
     vax = vay = vaz = uax = uay = uaz = vbx = vby = vbz = ubx = uby = ubz = (floatv)(0.0f);
     for (int k = 0; k < kept + (end - rest); ++k) {
       const int id = k < kept ? cached_id[k] : tile_group[rest + k - kept];
-      global const float* g = records + id * RECORD;
+      global const float* g = records + id * PARTICLE_RECORD;
       const Hit hit = k < kept ? cache[k] : hit_particle(g, s, blending.d_max);
       const floatv same = smooth_step(blending.same_low, blending.same_high,
                                       hit.gx * ax + hit.gy * ay + hit.gz * az);

@@ -9,6 +9,7 @@
 #include "api/host_threads.hpp"
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
+#include "base/rounded_up.hpp"
 #include "device/stage_clock.hpp"
 #include "meniscus/device.hpp"
 #include "prepare/canonical_order.hpp"
@@ -204,9 +205,10 @@ WhitewaterMaps draw_type(Device& device, const View& view, const WhitewaterSourc
   if (surface.layers.most > 0)
     exit.assign(surface.layers.exit.begin(),
                 surface.layers.exit.begin() + static_cast<std::ptrdiff_t>(surface.depth.size()));
-  const std::size_t chunk = std::min(
-      chunk_within(memory, kBytesPerParticle),
-      std::max<std::size_t>(64, static_cast<std::size_t>(source.particles->size() + 63) / 64 * 64));
+  const std::size_t chunk =
+      std::min(chunk_within(memory, kBytesPerParticle),
+               std::max<std::size_t>(
+                   64, rounded_up(static_cast<std::size_t>(source.particles->size()), 64)));
   Drawing drawing(device, view, source, params, chunk);
   const WhitewaterSums sums = no_whitewater(device, view, drawing.moves(), bubbles);
   const ShownDepths shown =

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/rounded_up.hpp"
+
 namespace meniscus {
 
 /// Room for n values, in large pages where the system has some to give (Linux's transparent huge
@@ -20,7 +22,7 @@ void reserve_in_large_pages(std::vector<T>& values, std::size_t n) {
 #ifdef MADV_HUGEPAGE
   if (n * sizeof(T) < kWorthIt) return;
   const auto begin = std::bit_cast<std::uintptr_t>(values.data());
-  const std::uintptr_t first = (begin + kPage - 1) / kPage * kPage,
+  const std::uintptr_t first = rounded_up(begin, kPage),
                        last = (begin + n * sizeof(T)) / kPage * kPage;
   // Only a hint: results do not depend on it.
   madvise(std::bit_cast<void*>(first), last - first, MADV_HUGEPAGE);

@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "base/elapsed.hpp"
+#include "base/rounded_up.hpp"
 #include "device/building.hpp"
 #include "device/opencl_error.hpp"
 #include "device/shared_context.hpp"
@@ -67,14 +68,11 @@ void Device::State::check_unmapped() {
 }
 
 Range Device::State::launched_range(const Range& wanted, std::size_t most) const {
-  const auto rounded = [](std::size_t n, std::size_t group) {
-    return (n + group - 1) / group * group;
-  };
   Range tuned = wanted;
   if (wanted.ny == 1 && wanted.group_x == kRowGroup) tuned.group_x = row_group;
   Range range = with_groups_of(tuned, most);
-  range.nx = rounded(range.nx, range.group_x);
-  range.ny = rounded(range.ny, range.group_y);
+  range.nx = rounded_up(range.nx, range.group_x);
+  range.ny = rounded_up(range.ny, range.group_y);
   return range;
 }
 

@@ -1,6 +1,7 @@
 // What a device's state does with memory: buffers taken, filled, written and read.
 #include <algorithm>
 
+#include "base/rounded_up.hpp"
 #include "device/device.hpp"
 #include "device/kernels.hpp"
 
@@ -31,12 +32,12 @@ std::size_t Device::State::padded(std::size_t bytes) const {
     throw OutOfDeviceMemory("a buffer of " + std::to_string(bytes) + " bytes is needed but \"" +
                             info.name + "\" allows " + std::to_string(most_bytes()) +
                             " (use a smaller image or another " + setting("device") + ")");
-  return (bytes + 63) / 64 * 64 + kPadding;
+  return rounded_up(bytes, 64) + kPadding;
 }
 
 std::size_t Device::State::part_bytes(std::size_t bytes) {
   // A multiple of what any device asks for where a part begins.
-  return (bytes + kPadding - 1) / kPadding * kPadding + kPadding;
+  return rounded_up(bytes, kPadding) + kPadding;
 }
 
 HostMemory Device::State::host_bytes(std::size_t bytes) {

@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "base/rounded_up.hpp"
 #include "device/device.hpp"
 #include "device/opencl_error.hpp"
 
@@ -46,7 +47,7 @@ namespace {
 // sixteenth is wasted; and the largest one, for what comes near it.
 std::size_t block_size(std::size_t bytes, std::size_t largest) {
   const std::size_t step = std::max<std::size_t>(256, std::bit_floor(bytes) / 16);
-  return std::max(bytes, std::min((bytes + step - 1) / step * step, largest));
+  return std::max(bytes, std::min(rounded_up(bytes, step), largest));
 }
 
 // Counts a buffer until the driver frees it, which may be after the Device is gone, and keeps what
@@ -194,7 +195,7 @@ Memory MemoryPool::take(std::size_t bytes) {
 
 HostMemory MemoryPool::take_host(std::size_t bytes) {
   constexpr std::size_t kAlignment = 128;  // of the widest vectors; divides block sizes
-  const std::size_t size = block_size((bytes + kAlignment - 1) / kAlignment * kAlignment, largest_);
+  const std::size_t size = block_size(rounded_up(bytes, kAlignment), largest_);
   {
     const std::lock_guard lock(shelf_->mutex);
     if (const auto found = shelf_->host.find(size); found != shelf_->host.end()) {

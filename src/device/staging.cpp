@@ -5,6 +5,8 @@
 #include <new>
 #include <utility>
 
+#include "base/rounded_up.hpp"
+
 namespace meniscus {
 
 struct StagingChunk {
@@ -35,7 +37,7 @@ Staging::~Staging() {
 bool Staging::add_chunk(const cl::CommandQueue& queue, std::size_t bytes) {
   // As much again each time: small frames lock little, large ones few chunks.
   constexpr std::size_t kLeast = 1 << 20, kMost = 512 << 20;
-  const std::size_t left = kMost - locked_, wanted = (bytes + kLeast - 1) / kLeast * kLeast;
+  const std::size_t left = kMost - locked_, wanted = rounded_up(bytes, kLeast);
   const std::size_t size = std::max(std::min(std::max(kLeast, locked_), left), wanted);
   if (refused_ || size > left) return false;
   try {
@@ -56,7 +58,7 @@ bool Staging::add_chunk(const cl::CommandQueue& queue, std::size_t bytes) {
 
 HostMemory Staging::take(const cl::CommandQueue& queue, std::size_t bytes) {
   constexpr std::size_t kAlignment = 128;  // of the widest vectors
-  const std::size_t size = (bytes + kAlignment - 1) / kAlignment * kAlignment;
+  const std::size_t size = rounded_up(bytes, kAlignment);
   const auto has_room = [&](const auto& chunk) { return chunk->size - chunk->used >= size; };
   // The last chunk first, which is the largest: what is taken one after the other lies side by
   // side, so that one command uploads it (uploads.hpp).

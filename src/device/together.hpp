@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/rounded_up.hpp"
 #include "device/device.hpp"
 
 namespace meniscus {
@@ -142,7 +143,7 @@ struct Together {
   void fill_some(Device& device, float value) const {
     if (whole.size > 0) {
       // Whole vectors: an array is padded.
-      const std::size_t bytes = (layout.end(Last) - layout.origin[First] + 63) / 64 * 64;
+      const std::size_t bytes = rounded_up(layout.end(Last) - layout.origin[First], 64);
       const Memory from = device.state().part_of(whole.memory, layout.origin[First], bytes);
       return fill(device, Buffer<float>{from, bytes / sizeof value}, value);
     }

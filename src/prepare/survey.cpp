@@ -8,6 +8,7 @@
 #include "base/parallel.hpp"
 #include "base/position_hash.hpp"
 #include "base/printed.hpp"
+#include "base/rounded_up.hpp"
 #include "base/team.hpp"
 #include "meniscus/error.hpp"
 
@@ -192,7 +193,7 @@ void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkV
   const auto read = [&](ParticleChunk& chunk, const ParticleRange& range) {
     chunk.first = range.first;
     chunk.count = static_cast<std::size_t>(range.count);
-    const std::size_t stride = (chunk.count + 63) / 64 * 64;
+    const std::size_t stride = rounded_up(chunk.count, 64);
     for (std::vector<float>* values : {&chunk.x, &chunk.y, &chunk.z}) {
       values->resize(stride);
       std::fill(values->begin() + static_cast<std::ptrdiff_t>(chunk.count), values->end(), 0.0f);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/rounded_up.hpp"
 #include "device/kernels.hpp"
 #include "device/together.hpp"
 #include "stages/relax.hpp"
@@ -62,7 +63,7 @@ void Points::clear() {
 
 void Points::pad(std::size_t together) {
   if (size() == 0) return;
-  const std::size_t padded = (size() + together - 1) / together * together;
+  const std::size_t padded = rounded_up(size(), together);
   for (std::vector<float>* const axis : {&x, &y, &z}) axis->resize(padded, axis->back());
 }
 

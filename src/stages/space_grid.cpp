@@ -8,6 +8,7 @@
 #include "base/key_table.hpp"
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
+#include "base/rounded_up.hpp"
 #include "meniscus/error.hpp"
 #include "stages/cells.hpp"
 
@@ -321,7 +322,7 @@ void fill_corners(SpaceGrid& grid, std::size_t together,
     std::size_t next = 0;
     for (std::size_t b = first; b < end; ++b) {
       CornerBlock& block = grid.blocks[b];
-      next = (next + together - 1) / together * together;
+      next = rounded_up(next, together);
       each_bit(block.wanted & ~block.known, [&](int bit) {
         const float value = values[next++];
         block.value[static_cast<std::size_t>(bit)] = value;

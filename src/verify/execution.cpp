@@ -5,6 +5,7 @@
 #include <numeric>
 #include <random>
 
+#include "base/rounded_up.hpp"
 #include "device/kernel_sources.hpp"
 #include "device/records.hpp"
 #include "verify/arithmetic.hpp"
@@ -285,10 +286,8 @@ Finding turn_local(Device& device, std::size_t bytes) {
 }
 
 Finding name_items(Device& device, const Range& range) {
-  const auto rounded = [](std::size_t n, std::size_t group) {
-    return (n + group - 1) / group * group;
-  };
-  const std::size_t nx = rounded(range.nx, range.group_x), ny = rounded(range.ny, range.group_y);
+  const std::size_t nx = rounded_up(range.nx, range.group_x),
+                    ny = rounded_up(range.ny, range.group_y);
   const std::size_t groups_x = nx / range.group_x, groups = groups_x * (ny / range.group_y);
   std::vector<cl_int> expected;
   for (std::size_t j = 0; j < ny; ++j)

@@ -154,6 +154,8 @@ int run(int argc, char** argv) {
     typed.erase(typed.begin());
     typed.push_back("--help");
   }
+  if (typed.empty() || typed.front() != "extract")  // others have all of it on --help
+    std::ranges::replace(typed, std::string("--help-all"), std::string("--help"));
   if (!typed.empty() && typed.front() == "mesh") meniscus::cli::fill_in_numbers(typed);
   try {
     program.parse(std::vector<std::string>(typed.rbegin(), typed.rend()));

@@ -18,7 +18,6 @@ std::vector<const CLI::App*> commands_of(const CLI::App& program) {
 
 // ", which is of meniscus extract and meniscus bench", of an option that only other commands have.
 std::string others_with(const CLI::App& program, const std::string& option) {
-  if (option == "--help-all") return "";
   std::string others;
   for (const CLI::App* command : commands_of(program))
     if (command->get_option_no_throw(option))

@@ -29,6 +29,8 @@ TEST_F(ProgramUsage, SaysItsVersion) {
 TEST_F(ProgramUsage, HelpIsACommandToo) {
   EXPECT_EQ(run({"help"}).out, run({"--help"}).out);
   EXPECT_EQ(run({"help", "extract"}).out, run({"extract", "--help"}).out);
+  EXPECT_EQ(run({"mesh", "--help-all"}).out, run({"mesh", "--help"}).out);
+  EXPECT_EQ(run({"--help-all"}).out, run({"--help"}).out);
   EXPECT_THAT(run({"--help"}).out, HasSubstr("&& meniscus extract dam.ply -o a.png"));
 }
 
