@@ -84,11 +84,6 @@ std::size_t components_of(const AttributeArray& array) {
   return components;
 }
 
-struct VdbArray {
-  std::size_t position = 0;  // in the set of attributes
-  std::size_t components = 1;
-};
-
 /// Calls take(i, number) for a component of each point of a leaf, in the array's own type.
 template <class Take>
 void each_value(const AttributeArray& array, std::size_t component, Take take) {
@@ -151,6 +146,55 @@ void read_positions(const PointLeaf& leaf, const AttributeArray& array,
   }
 }
 
+/// Where a component of an attribute goes.
+struct Column {
+  Field field;
+  std::size_t position, component;  // of the attribute in the set; of a point
+  std::vector<float>* values;       // null: ids
+};
+
+/// What is read of the attributes beside the positions; makes room for it.
+std::vector<Column> columns_for(const InputFile& file, const AttributeSet& attributes,
+                                const ReadOptions& options, std::size_t count,
+                                Particles& particles) {
+  std::vector<NamedArray> named;
+  std::vector<std::size_t> positions;  // of each
+  for (const auto& [name, position] : attributes.descriptor().map()) {
+    const std::size_t components = components_of(*attributes.getConst(position));
+    if (name == "P" || components == 0) continue;
+    named.push_back({name, components});
+    positions.push_back(position);
+  }
+  std::vector<Column> columns;
+  for (std::size_t k = 0; k < named.size(); ++k) {
+    const Field first = field_of_attribute(named[k].name, named[k].components);
+    const auto same = [&](const Column& other) { return other.field == first; };
+    if (first == Field::none || std::any_of(columns.begin(), columns.end(), same)) continue;
+    for (std::size_t c = 0; c < named[k].components; ++c) {
+      const Field field = static_cast<Field>(static_cast<std::size_t>(first) + c);
+      resize(particles, {field}, count);
+      columns.push_back(
+          {field, positions[k], c, field == Field::id ? nullptr : &array_of(particles, field)});
+    }
+  }
+  const auto picks = pick_attributes(file.name, named, options.attributes);
+  for (const AttributePick& pick : picks)
+    particles.attributes.push_back({pick.name, std::vector<float>(count)});
+  for (std::size_t k = 0; k < picks.size(); ++k)
+    columns.push_back({Field::none, positions[picks[k].array], picks[k].component,
+                       &particles.attributes[k].values});
+  return columns;
+}
+
+/// The whole number that an id is; none where it is another one.
+template <class T>
+std::optional<std::int64_t> id_of(T value) {
+  const auto number = static_cast<double>(value);
+  if (std::is_floating_point_v<T> && !(std::abs(number) < 0x1p63 && number == std::trunc(number)))
+    return std::nullopt;
+  return static_cast<std::int64_t>(value);
+}
+
 Particles read_grid(const InputFile& file, const ReadOptions& options) {
   const auto grid = points_of(file, options.dataset);
   const std::string place = "grid " + in_quotes(grid->getName());
@@ -166,44 +210,13 @@ Particles read_grid(const InputFile& file, const ReadOptions& options) {
   if (leaves.empty()) return particles;
 
   const AttributeSet::Descriptor& descriptor = leaves[0]->attributeSet().descriptor();
-  std::vector<NamedArray> named;
-  std::vector<VdbArray> arrays;
-  for (const auto& [name, position] : descriptor.map()) {
-    const std::size_t components =
-        components_of(*leaves[0]->attributeSet().getConst(static_cast<Index>(position)));
-    if (name == "P" || components == 0) continue;
-    named.push_back({name, components});
-    arrays.push_back({position, components});
-  }
   const std::size_t positions = descriptor.find("P");
   if (positions == AttributeSet::INVALID_POS ||
       descriptor.valueType(positions) != openvdb::typeNameAsString<openvdb::Vec3f>())
     fail(file, place, "has no positions, wanted the attribute P of three 32-bit floats");
-
-  struct Column {
-    Field field;
-    std::size_t position, component;
-    std::vector<float>* values;  // null: ids
-  };
-  std::vector<Column> columns;
   resize(particles, {Field::x, Field::y, Field::z}, count);
-  for (std::size_t k = 0; k < arrays.size(); ++k) {
-    const Field first = field_of_attribute(named[k].name, arrays[k].components);
-    const auto same = [&](const Column& other) { return other.field == first; };
-    if (first == Field::none || std::any_of(columns.begin(), columns.end(), same)) continue;
-    for (std::size_t c = 0; c < arrays[k].components; ++c) {
-      const Field field = static_cast<Field>(static_cast<std::size_t>(first) + c);
-      resize(particles, {field}, count);
-      columns.push_back({field, arrays[k].position, c,
-                         field == Field::id ? nullptr : &array_of(particles, field)});
-    }
-  }
-  const auto picks = pick_attributes(file.name, named, options.attributes);
-  for (const AttributePick& pick : picks)
-    particles.attributes.push_back({pick.name, std::vector<float>(count)});
-  for (std::size_t k = 0; k < picks.size(); ++k)
-    columns.push_back({Field::none, arrays[picks[k].array].position, picks[k].component,
-                       &particles.attributes[k].values});
+  const std::vector<Column> columns =
+      columns_for(file, leaves[0]->attributeSet(), options, count, particles);
 
   std::size_t at = 0;
   for (const PointLeaf* leaf : leaves) {
@@ -227,10 +240,8 @@ Particles read_grid(const InputFile& file, const ReadOptions& options) {
                  [&](Index i, auto value) {
                    if (column.values) {
                      (*column.values)[at + i] = static_cast<float>(value);
-                   } else if (!std::is_floating_point_v<decltype(value)> ||
-                              (std::abs(static_cast<double>(value)) < 0x1p63 &&
-                               value == std::trunc(static_cast<double>(value)))) {
-                     particles.id[at + i] = static_cast<std::int64_t>(value);
+                   } else if (const auto id = id_of(value)) {
+                     particles.id[at + i] = *id;
                    } else {
                      fail(file, place,
                           "point " + std::to_string(at + i) + ": id is " +

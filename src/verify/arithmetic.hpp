@@ -6,15 +6,15 @@
 
 namespace meniscus::verify {
 
-/// Asks everything that the same bits rest on, one thing a row (kernels/arithmetic.cl): what is
-/// computed of single values, in widths 1 and 8; then vectors, private memory, arguments, atomics,
-/// barriers, local memory, ranges, buffers and the order of commands. A row names the section of
-/// the OpenCL 1.2 specification that promises it; what is not promised or not needed is not
-/// required. A probe that does not build or run is a failed row.
-void probe_arithmetic(Device& device, const Tell& tell);
+// What the same bits rest on, one thing a row (kernels/arithmetic.cl). A row names the section of
+// the OpenCL 1.2 specification that promises it; what is not promised or not needed is not
+// required. A probe that does not build or run is a failed row.
 
-/// The two parts of it.
+/// What is computed of single values, in widths 1 and 8.
 void probe_expressions(Device& device, const Tell& tell);
+
+/// Vectors, private memory, arguments, atomics, barriers, local memory, ranges, buffers and the
+/// order of commands.
 void probe_execution(Device& device, const Tell& tell);
 
 /// Whether a kernel with `bytes` of local memory, or with work-groups of `items`, does what it

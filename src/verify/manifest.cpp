@@ -42,7 +42,7 @@ std::string joined_names(const auto& names) {
   return text;
 }
 
-// Reads one manifest. `place` in messages: "argument 2 (sum)".
+// Reads one manifest. `place_` in messages: "argument 2 (sum)".
 class Reader {
  public:
   Reader(const InputFile& file, std::optional<std::filesystem::path> folder)
@@ -54,11 +54,11 @@ class Reader {
       fail(file_, "",
            "found " + in_quotes(root.dump()) +
                ", wanted {\"kernel\": ..., \"range\": [...], \"arguments\": [...]}");
-    check_keys("", root, {"kernel", "options", "range", "group", "repeat", "arguments"});
+    check_keys(root, {"kernel", "options", "range", "group", "repeat", "arguments"});
     Program program;
     program.name = file_.name;
-    program.kernel = text("", root, "kernel", true);
-    program.options = text("", root, "options", false);
+    program.kernel = text(root, "kernel", true);
+    program.options = text(root, "options", false);
     program.range = sizes(root, "range");
     if (program.range.empty())
       fail(file_, "", "has no key \"range\", wanted [items], or one for each axis");
@@ -77,9 +77,7 @@ class Reader {
     if (const auto repeat = root.find("repeat"); repeat != root.end()) {
       const auto runs = whole_number<int>(*repeat);
       if (!runs || *runs < 1 || *runs > kMostRuns)
-        fail(file_, "repeat",
-             "found " + in_quotes(repeat->dump()) + ", wanted a whole number from 1 to " +
-                 std::to_string(kMostRuns));
+        wrong("repeat", repeat->dump(), "a whole number from 1 to " + std::to_string(kMostRuns));
       program.repeat = *runs;
     }
     const auto arguments = root.find("arguments");
@@ -102,23 +100,36 @@ class Reader {
     }
   }
 
-  void check_keys(const std::string& place, const Json& object,
-                  const std::vector<std::string>& known) const {
+  [[noreturn]] void wrong(const std::string& key, const std::string& found,
+                          const std::string& wanted) const {
+    fail(file_, place_, key + ": found " + in_quotes(found) + ", wanted " + wanted);
+  }
+
+  void check_keys(const Json& object, const std::vector<std::string>& known) const {
     for (const auto& [key, value] : object.items())
       if (std::find(known.begin(), known.end(), key) == known.end())
-        fail(file_, place,
+        fail(file_, place_,
              "unknown key " + in_quotes(key) + ", wanted one of " + joined_names(known));
   }
 
-  std::string text(const std::string& place, const Json& object, const char* key,
-                   bool required) const {
+  std::string text(const Json& object, const char* key, bool required) const {
     const auto found = object.find(key);
     if (found == object.end() && !required) return "";
-    if (found == object.end()) fail(file_, place, std::string("has no key \"") + key + "\"");
+    if (found == object.end()) fail(file_, place_, std::string("has no key \"") + key + "\"");
     if (!found->is_string() || (required && found->get<std::string>().empty()))
-      fail(file_, place,
-           std::string(key) + ": found " + in_quotes(found->dump()) + ", wanted a text");
+      wrong(key, found->dump(), "a text");
     return *found;
+  }
+
+  // None where there is no such key.
+  std::optional<std::uint64_t> whole(const Json& object, const char* key,
+                                     std::uint64_t least) const {
+    const auto found = object.find(key);
+    if (found == object.end()) return std::nullopt;
+    const auto number = whole_number<std::uint64_t>(*found);
+    if (!number || *number < least)
+      wrong(key, found->dump(), "a whole number from " + std::to_string(least) + " on");
+    return number;
   }
 
   // Work-items along up to three axes.
@@ -132,14 +143,14 @@ class Reader {
         if (number && *number > 0 && *number <= kMostItems) all.push_back(*number);
       }
     if (all.empty() || all.size() > 3 || all.size() != found->size())
-      fail(file_, key,
-           "found " + in_quotes(found->dump()) + ", wanted 1 to 3 whole numbers from 1 to " +
-               std::to_string(kMostItems) + ", as [1024] or [64, 64]");
+      wrong(key, found->dump(),
+            "1 to 3 whole numbers from 1 to " + std::to_string(kMostItems) +
+                ", as [1024] or [64, 64]");
     return all;
   }
 
-  ValueType type(const Json& object) const {
-    const std::string name = text(place_, object, "type", true);
+  ValueType type_of(const Json& object) const {
+    const std::string name = text(object, "type", true);
     const std::size_t digits = std::min(name.find_first_of("0123456789"), name.size());
     const auto base = std::find_if(kTypes.begin(), kTypes.end(), [&](const BaseType& type) {
       return name.substr(0, digits) == type.name;
@@ -150,9 +161,7 @@ class Reader {
         !(rest.empty() || std::find(kWidths.begin(), kWidths.end(), rest) != kWidths.end())) {
       std::vector<std::string> names;
       for (const BaseType& known : kTypes) names.push_back(known.name);
-      fail(file_, place_,
-           "type: found " + in_quotes(name) + ", wanted one of " + joined_names(names) +
-               ", or a vector of them such as float4");
+      wrong("type", name, "one of " + joined_names(names) + ", or a vector of them such as float4");
     }
     return {name, base->kind, base->bytes,
             rest.empty() ? 1 : static_cast<std::size_t>(std::stoi(rest))};
@@ -179,11 +188,10 @@ class Reader {
   }
 
   [[noreturn]] void no_number(const char* key, const Json& value, const ValueType& type) const {
-    fail(file_, place_,
-         std::string(key) + ": found " + in_quotes(value.dump()) + ", wanted a number that a " +
-             type.name + " holds" +
-             (type.kind == Kind::floating ? ", \"nan\", \"inf\", \"-inf\"" : "") +
-             " or its bits, as \"0x80000000\"");
+    wrong(key, value.dump(),
+          "a number that a " + type.name + " holds" +
+              (type.kind == Kind::floating ? ", \"nan\", \"inf\", \"-inf\"" : "") +
+              " or its bits, as \"0x80000000\"");
   }
 
   // One component.
@@ -231,9 +239,7 @@ class Reader {
 
   // Numbers of a list, which `key` names; `count`: of components that are wanted, 0: any.
   Bytes list(const char* key, const Json& values, const ValueType& type, std::size_t count) const {
-    if (!values.is_array() || values.empty())
-      fail(file_, place_,
-           std::string(key) + ": found " + in_quotes(values.dump()) + ", wanted a list of numbers");
+    if (!values.is_array() || values.empty()) wrong(key, values.dump(), "a list of numbers");
     if (count > 0 && values.size() != count)
       fail(file_, place_,
            std::string(key) + ": has " + counted(values.size(), "number") + ", wanted " +
@@ -252,8 +258,7 @@ class Reader {
   std::array<double, 2> pair(const char* key, const Json& values, const char* wanted) const {
     if (!values.is_array() || values.size() != 2 || !values[0].is_number() ||
         !values[1].is_number())
-      fail(file_, place_,
-           std::string(key) + ": found " + in_quotes(values.dump()) + ", wanted " + wanted);
+      wrong(key, values.dump(), wanted);
     return {values[0], values[1]};
   }
 
@@ -261,9 +266,7 @@ class Reader {
     if (!folder_)
       fail(file_, place_, std::string(key) + ": files are not read here, wanted numbers");
     if (!value.is_string() || value.get<std::string>().empty())
-      fail(file_, place_,
-           std::string(key) + ": found " + in_quotes(value.dump()) +
-               ", wanted the name of a file of raw values");
+      wrong(key, value.dump(), "the name of a file of raw values");
     const std::string path = (*folder_ / value.get<std::string>()).string();
     std::error_code error;
     const std::uint64_t size = std::filesystem::file_size(path, error);
@@ -296,14 +299,7 @@ class Reader {
   Bytes random(const Json& object, const ValueType& type, std::size_t components) const {
     const std::array<double, 2> both = pair("random", object.at("random"), "[low, high]");
     const double low = both[0], high = both[1];  // by name: clang 14 captures no bindings
-    std::uint64_t seed = 1;
-    if (const auto given = object.find("seed"); given != object.end()) {
-      const auto number = whole_number<std::uint64_t>(*given);
-      if (!number)
-        fail(file_, place_,
-             "seed: found " + in_quotes(given->dump()) + ", wanted a whole number from 0 on");
-      seed = *number;
-    }
+    const std::uint64_t seed = whole(object, "seed", 0).value_or(1);
     Bytes ends;  // both fit the type
     for (const Json& end : object.at("random")) append_number(ends, "random", end, type);
     if (!(low <= high)) fail(file_, place_, "random: low is above high, wanted [low, high]");
@@ -329,9 +325,7 @@ class Reader {
       });
     for (const Json& number : object.at("sequence"))
       if (!whole_number<std::int64_t>(number))
-        fail(file_, place_,
-             "sequence: found " + in_quotes(number.dump()) + ", wanted whole numbers for " +
-                 type.name);
+        wrong("sequence", number.dump(), "whole numbers for " + type.name);
     const auto begin = static_cast<std::uint64_t>(object.at("sequence")[0].get<std::int64_t>());
     const auto each = static_cast<std::uint64_t>(object.at("sequence")[1].get<std::int64_t>());
     return made(components, type, [&](Bytes& bytes, std::size_t k) {
@@ -341,14 +335,7 @@ class Reader {
 
   // What a buffer holds before the launch.
   Bytes contents(const Json& object, const ValueType& type) {
-    std::size_t count = 0;
-    if (const auto given = object.find("count"); given != object.end()) {
-      const auto number = whole_number<std::size_t>(*given);
-      if (!number || *number == 0)
-        fail(file_, place_,
-             "count: found " + in_quotes(given->dump()) + ", wanted a whole number from 1 on");
-      count = *number;
-    }
+    const std::size_t count = whole(object, "count", 1).value_or(0);
     constexpr std::array kWays{"values", "fill", "random", "sequence", "file"};
     std::vector<std::string> ways;
     for (const char* way : kWays)
@@ -357,13 +344,10 @@ class Reader {
     const std::string way = ways.empty() ? "fill" : ways.front();
     if (object.contains("seed") && way != "random")
       fail(file_, place_, "seed: goes with \"random\" alone");
-    if (way == "file") {
-      if (count > 0 && count > kMostBytes / type.size()) take(count, type.size());
-      return raw_file("file", object.at("file"), type, count * type.size());
-    }
+    if (count > kMostBytes / type.size()) take(count, type.size());  // throws
+    if (way == "file") return raw_file("file", object.at("file"), type, count * type.size());
     if (way == "values") {
       take(object.at("values").size(), type.bytes);
-      if (count > 0 && count > kMostBytes / type.size()) take(count, type.size());
       return list("values", object.at("values"), type, count * type.components);
     }
     if (count == 0)
@@ -384,15 +368,15 @@ class Reader {
   ProgramArgument read_argument(const Json& object) {
     if (!object.is_object())
       fail(file_, place_, "found " + in_quotes(object.dump()) + ", wanted {\"type\": ..., ...}");
-    check_keys(place_, object,
-               {"name", "type", "count", "values", "fill", "random", "seed", "sequence", "file",
-                "value", "local", "expected", "ulp", "compare"});
+    check_keys(object, {"name", "type", "count", "values", "fill", "random", "seed", "sequence",
+                        "file", "value", "local", "expected", "ulp", "compare"});
     ProgramArgument argument;
-    argument.name = printable_name(text(place_, object, "name", false));
-    if (argument.name.empty())
+    if (const std::string name = text(object, "name", false); name.empty()) {
       argument.name = place_.substr(place_.rfind(' ') + 1);
-    else
+    } else {
+      argument.name = shown(name);
       place_ += " (" + argument.name + ")";
+    }
     const bool is_value = object.contains("value"), is_local = object.contains("local");
     if (is_value || is_local)
       for (const auto& [key, value] : object.items())
@@ -400,45 +384,49 @@ class Reader {
           fail(file_, place_,
                "has both \"" + std::string(is_local ? "local" : "value") + "\" and \"" + key +
                    "\", which is for buffers");
-    if (is_local) {
-      const auto bytes = whole_number<std::size_t>(object.at("local"));
-      if (is_value || object.contains("type") || !bytes || *bytes == 0 || *bytes > kMostBytes)
-        fail(file_, place_,
-             "local: found " + in_quotes(object.at("local").dump()) +
-                 ", wanted bytes of local memory, and no \"type\" or \"value\"");
-      argument.kind = ProgramArgument::Kind::local;
-      argument.local_bytes = *bytes;
-      return argument;
-    }
-    argument.type = type(object);
-    const ValueType& type = argument.type;
-    if (is_value) {
-      argument.kind = ProgramArgument::Kind::value;
-      const Json& value = object.at("value");
-      if (type.components == 1)
-        append_number(argument.bytes, "value", value, type);
-      else
-        argument.bytes = list("value", value, type, type.components);
-      argument.bytes.resize(type.size());
-      return argument;
-    }
+    if (is_local)
+      read_local(object, argument);
+    else if (is_value)
+      read_value(object, argument);
+    else
+      read_buffer(object, argument);
+    return argument;
+  }
+
+  void read_local(const Json& object, ProgramArgument& argument) const {
+    const Json& local = object.at("local");
+    const auto bytes = whole_number<std::size_t>(local);
+    if (object.contains("value") || object.contains("type") || !bytes || *bytes == 0 ||
+        *bytes > kMostBytes)
+      wrong("local", local.dump(), "bytes of local memory, and no \"type\" or \"value\"");
+    argument.kind = ProgramArgument::Kind::local;
+    argument.local_bytes = *bytes;
+  }
+
+  void read_value(const Json& object, ProgramArgument& argument) const {
+    argument.kind = ProgramArgument::Kind::value;
+    const ValueType& type = argument.type = type_of(object);
+    const Json& value = object.at("value");
+    if (type.components == 1)
+      append_number(argument.bytes, "value", value, type);
+    else
+      argument.bytes = list("value", value, type, type.components);
+    argument.bytes.resize(type.size());
+  }
+
+  void read_buffer(const Json& object, ProgramArgument& argument) {
+    const ValueType& type = argument.type = type_of(object);
     if (type.components == 3)
-      fail(file_, place_,
-           "type: found " + in_quotes(type.name) +
-               ", wanted a vector of 2, 4, 8 or 16 for a buffer (one of three takes the room of "
-               "four)");
+      wrong("type", type.name,
+            "a vector of 2, 4, 8 or 16 for a buffer (one of three takes the room of four)");
     argument.bytes = contents(object, type);
     if (const auto ulp = object.find("ulp"); ulp != object.end()) {
       if (type.kind != Kind::floating || !ulp->is_number() || !(ulp->get<double>() >= 0))
-        fail(file_, place_,
-             "ulp: found " + in_quotes(ulp->dump()) +
-                 ", wanted a number from 0 on, for float or double");
+        wrong("ulp", ulp->dump(), "a number from 0 on, for float or double");
       argument.ulp = *ulp;
     }
     if (const auto compare = object.find("compare"); compare != object.end()) {
-      if (!compare->is_boolean())
-        fail(file_, place_,
-             "compare: found " + in_quotes(compare->dump()) + ", wanted true or false");
+      if (!compare->is_boolean()) wrong("compare", compare->dump(), "true or false");
       argument.compared = *compare;
     }
     if (const auto expected = object.find("expected"); expected != object.end()) {
@@ -449,16 +437,11 @@ class Reader {
         argument.expected = list("expected", *expected, type, argument.bytes.size() / type.bytes);
       }
     }
-    return argument;
-  }
-
-  static std::string printable_name(const std::string& name) {
-    return name.empty() ? "" : shown(name);
   }
 
   const InputFile& file_;
   std::optional<std::filesystem::path> folder_;
-  std::string place_;
+  std::string place_;      // empty: no argument
   std::size_t taken_ = 0;  // bytes of all arguments so far
 };
 

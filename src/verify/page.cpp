@@ -68,6 +68,28 @@ class InOrder {
 
 std::string attribute(const std::string& text) { return " title=\"" + escaped(text) + "\""; }
 
+// A cell of words, as HTML.
+std::string word(const std::string& html, const std::string& attributes = "") {
+  return "<td class=\"word\"" + attributes + ">" + html + "</td>";
+}
+
+std::string word_heads(std::initializer_list<const char*> words) {
+  std::string text;
+  for (const char* one : words) text += std::string("<th class=\"word\">") + one + "</th>";
+  return text;
+}
+
+std::string table(const std::string& lines) {
+  return "<div class=\"panel\"><table>" + lines + "</table></div>\n";
+}
+
+// The cell of a place, as `html` has it; an empty one where there is none.
+template <class Cells, class Html>
+std::string cell_at(const Cells& cells, const typename Cells::key_type& place, const Html& html) {
+  const auto found = cells.find(place);
+  return found == cells.end() ? "<td></td>" : html(found->second);
+}
+
 // All rows of one cell: their worst result, and why.
 struct Cell {
   Tally tally;
@@ -84,7 +106,6 @@ struct Cell {
   }
   std::string html() const {
     const auto& [passed, failed, skipped] = tally;
-    if (tally.all() == 0) return "<td></td>";
     if (failed > 0) {
       Row worst;
       worst.result = Result::fail;
@@ -150,19 +171,17 @@ std::string failures_of(const VerifyRun& run) {
     std::stable_partition(failures.begin(), failures.end(),
                           [](const Failure& failure) { return failure.first->required; });
     for (const auto& [row, cases] : failures)
-      text += "<tr><td class=\"word\">" + name_of(device) + "</td><td class=\"word\">" +
-              escaped(row->group) + "</td><td class=\"word\">" + escaped(row->kernel) +
-              "</td><td class=\"word\">" + escaped(row->variant) + "</td><td class=\"word\">" +
-              std::to_string(cases) + "</td><td>" + error_of(*row) + "</td><td class=\"reason\">" +
+      text += "<tr>" + word(name_of(device)) + word(escaped(row->group)) +
+              word(escaped(row->kernel)) + word(escaped(row->variant)) +
+              word(std::to_string(cases)) + "<td>" + error_of(*row) + "</td><td class=\"reason\">" +
               escaped(row->size + (row->size.empty() ? "" : ": ") + row->reason +
                       (row->section.empty() ? "" : " [" + row->section + "]")) +
               (row->required ? "" : " <small>(not required)</small>") + "</td></tr>\n";
   }
   if (text.empty()) return "";
-  return "<h2>What failed</h2><div class=\"panel\"><table><tr><th class=\"word\">device</th><th "
-         "class=\"word\">what</th><th class=\"word\">kernel</th><th class=\"word\">variant</th><th "
-         "class=\"word\">cases</th><th>error</th><th class=\"word\">the first</th></tr>\n" +
-         text + "</table></div>\n";
+  return "<h2>What failed</h2>" +
+         table("<tr>" + word_heads({"device", "what", "kernel", "variant", "cases"}) +
+               "<th>error</th>" + word_heads({"the first"}) + "</tr>\n" + text);
 }
 
 std::string device_heads(const VerifyRun& run, std::size_t columns) {
@@ -206,26 +225,21 @@ std::string differences_of(const VerifyRun& run) {
     if (comparison.only_after > 0)
       counts += ", " + grouped(comparison.only_after) + " only in this one";
   }
-  std::string text = "<h2>What differs</h2><p>Compared with " + escaped(title_of(first)) + ". " +
-                     counts + ".</p>\n";
-  if (lines.empty()) return text;
-  text +=
-      "<div class=\"panel\"><table><tr><th class=\"word\">what</th><th class=\"word\">kernel</th>"
-      "<th class=\"word\">variant</th><th class=\"word\">cases</th>" +
-      device_heads(run, 1) + "</tr>\n";
+  const std::string title = "<h2>What differs</h2><p>Compared with " + escaped(title_of(first)) +
+                            ". " + counts + ".</p>\n";
+  if (lines.empty()) return title;
+  std::string text = "<tr>" + word_heads({"what", "kernel", "variant", "cases"}) +
+                     device_heads(run, 1) + "</tr>\n";
   const Lines room(lines.size(), run.devices.size());
   for (const Row* line : std::span(lines).first(room.shown)) {
-    text += "<tr><td class=\"word\">" + escaped(line->group) + "</td><td class=\"word\">" +
-            escaped(line->kernel) + "</td><td class=\"word\">" + escaped(compared_variant(*line)) +
-            "</td><td class=\"word\"" + attribute(line->size) + ">" +
-            std::to_string(sizes[kind(*line)].size()) + "</td>";
-    for (const auto& known : rows) {
-      const auto found = known.find(place(*line));
-      text += found == known.end() ? "<td></td>" : cell_of(*found->second);
-    }
+    text += "<tr>" + word(escaped(line->group)) + word(escaped(line->kernel)) +
+            word(escaped(compared_variant(*line))) +
+            word(std::to_string(sizes[kind(*line)].size()), attribute(line->size));
+    for (const auto& known : rows)
+      text += cell_at(known, place(*line), [](const Row* row) { return cell_of(*row); });
     text += "</tr>\n";
   }
-  return text + "</table></div>\n" + room.rest;
+  return title + table(text) + room.rest;
 }
 
 // A table of one group of rows: a line for each kernel in the order of the first device, columns
@@ -244,26 +258,22 @@ std::string matrix_of(const VerifyRun& run, const std::string& group) {
   if (kernels.empty()) return "";
   const Lines room(kernels.size(), run.devices.size() * variants.size());
   if (room.shown == 0) return room.rest;
-  std::string text =
-      "<div class=\"panel\"><table><tr><th></th>" + device_heads(run, variants.size()) + "</tr>\n";
+  std::string text = "<tr><th></th>" + device_heads(run, variants.size()) + "</tr>\n";
   if (variants.size() > 1 || !variants.front().empty()) {
-    text +=
-        "<tr><th class=\"word\">" + std::string(group == "frame" ? "method" : "kernel") + "</th>";
+    text += "<tr>" + word_heads({group == "frame" ? "method" : "kernel"});
     for (std::size_t d = 0; d < run.devices.size(); ++d)
       for (const std::string& variant : variants)
         text += "<th class=\"sub\">" + escaped(variant) + "</th>";
     text += "</tr>\n";
   }
   for (const std::string& kernel : std::span(kernels).first(room.shown)) {
-    text += "<tr><td class=\"word\">" + escaped(kernel) + "</td>";
+    text += "<tr>" + word(escaped(kernel));
     for (std::size_t d = 0; d < run.devices.size(); ++d)
-      for (const std::string& variant : variants) {
-        const auto found = cells.find({d, variant, kernel});
-        text += found == cells.end() ? Cell().html() : found->second.html();
-      }
+      for (const std::string& variant : variants)
+        text += cell_at(cells, {d, variant, kernel}, [](const Cell& cell) { return cell.html(); });
     text += "</tr>\n";
   }
-  return text + "</table></div>\n" + room.rest;
+  return table(text) + room.rest;
 }
 
 // Whole frames: their hashes, so that everyone can see that they are the same.
@@ -281,37 +291,28 @@ std::string frames_of(const VerifyRun& run) {
   const auto& lines = all.things();
   if (lines.empty()) return "";
   const Lines room(lines.size(), run.devices.size());
-  std::string text =
-      "<h2>Whole frames</h2><p>The hash of maps and mesh. It is the same on every "
-      "device and with every vector width. Orange: right for the version of Meniscus "
-      "that ran there, but another hash than in the first column: the two runs used different "
-      "versions.</p><div "
-      "class=\"panel\"><table><tr><th "
-      "class=\"word\">frame</th><th class=\"word\">method</th>" +
-      device_heads(run, 1) + "</tr>\n";
+  std::string text = "<tr>" + word_heads({"frame", "method"}) + device_heads(run, 1) + "</tr>\n";
   for (const auto& [frame, method] : std::span(lines).first(room.shown)) {
-    text += "<tr><td class=\"word\">" + escaped(frame) + "</td><td class=\"word\">" +
-            escaped(method) + "</td>";
+    text += "<tr>" + word(escaped(frame)) + word(escaped(method));
     const Row* first = nullptr;
-    for (std::size_t d = 0; d < run.devices.size(); ++d) {
-      const auto found = cells.find({d, frame, method});
-      if (found == cells.end()) {
-        text += "<td></td>";
-        continue;
-      }
-      const Row& row = *found->second;
-      if (!first) first = &row;
-      const bool hash = row.reason.starts_with("hash ");
-      const bool other = row.result == Result::pass && first->result == Result::pass &&
-                         row.reason != first->reason;
-      text += std::string("<td class=\"") + (other ? "some" : to_string(row.result)) + " hash\"" +
-              attribute(row.reason + ", " + three_digits(row.ms) + " ms") + ">" +
-              escaped(hash ? row.reason.substr(5, 16) : std::string(to_string(row.result))) +
-              "</td>";
-    }
+    for (std::size_t d = 0; d < run.devices.size(); ++d)
+      text += cell_at(cells, {d, frame, method}, [&](const Row* row) {
+        if (!first) first = row;
+        const bool hash = row->reason.starts_with("hash ");
+        const bool other = row->result == Result::pass && first->result == Result::pass &&
+                           row->reason != first->reason;
+        return std::string("<td class=\"") + (other ? "some" : to_string(row->result)) + " hash\"" +
+               attribute(row->reason + ", " + three_digits(row->ms) + " ms") + ">" +
+               escaped(hash ? row->reason.substr(5, 16) : std::string(to_string(row->result))) +
+               "</td>";
+      });
     text += "</tr>\n";
   }
-  return text + "</table></div>\n" + room.rest;
+  return "<h2>Whole frames</h2><p>The hash of maps and mesh. It is the same on every "
+         "device and with every vector width. Orange: right for the version of Meniscus "
+         "that ran there, but another hash than in the first column: the two runs used different "
+         "versions.</p>" +
+         table(text) + room.rest;
 }
 
 // Figures of every device side by side: limits, or what probes have to say.
@@ -330,22 +331,15 @@ std::string figures_of(const VerifyRun& run, const std::string& group, const std
     }
   if (names.things().empty()) return "";
   const Lines room(names.things().size(), run.devices.size());
-  std::string text = "<h2>" + title + "</h2><p>" + what +
-                     "</p><div class=\"panel\"><table><tr><th></th>" + device_heads(run, 1) +
-                     "<th class=\"word\">section of the specification</th></tr>\n";
+  std::string text = "<tr><th></th>" + device_heads(run, 1) +
+                     word_heads({"section of the specification"}) + "</tr>\n";
   for (const std::string& name : std::span(names.things()).first(room.shown)) {
-    text += "<tr><td class=\"word\">" + escaped(name) + "</td>";
-    for (std::size_t d = 0; d < run.devices.size(); ++d) {
-      const auto found = cells.find({d, name});
-      if (found == cells.end()) {
-        text += "<td></td>";
-        continue;
-      }
-      text += cell_of(*found->second);
-    }
+    text += "<tr>" + word(escaped(name));
+    for (std::size_t d = 0; d < run.devices.size(); ++d)
+      text += cell_at(cells, {d, name}, [](const Row* row) { return cell_of(*row); });
     text += "<td class=\"section\"><small>" + escaped(sections.at(name)) + "</small></td></tr>\n";
   }
-  return text + "</table></div>\n" + room.rest;
+  return "<h2>" + title + "</h2><p>" + what + "</p>" + table(text) + room.rest;
 }
 
 }  // namespace

@@ -96,6 +96,54 @@ std::string range_of(const Range& range) {
          std::to_string(range.group_x) + " x " + std::to_string(range.group_y);
 }
 
+// The lines of launch.txt before those of the arguments.
+std::string head_of(const SavedLaunch& launch, const DeviceInfo& device) {
+  std::string text = "device " + in_one_line(device.name) + "\n";
+  if (const char* mode = std::getenv(kIntelVectorizer))
+    text += std::string("environment ") + kIntelVectorizer + " " + mode + "\n";
+  const Range& range = launch.range;
+  return text + "kernel " + launch.kernel + "\noptions " + in_one_line(launch.build_options) +
+         "\nrange " + std::to_string(range.nx) + " " + std::to_string(range.ny) + " groups " +
+         std::to_string(range.group_x) + " " + std::to_string(range.group_y) + "\n";
+}
+
+// What launch.txt and the README say of the arguments.
+struct WrittenArguments {
+  std::string lines, table;
+};
+
+// Writes the values of the buffers as files of the folder.
+WrittenArguments write_arguments(const SavedLaunch& launch, const fs::path& folder) {
+  WrittenArguments written;
+  auto& [lines, table] = written;
+  for (std::size_t k = 0; k < launch.arguments.size(); ++k) {
+    const SavedLaunch::Argument& argument = launch.arguments[k];
+    const std::string own = argument.name.empty() ? "argument" : argument.name;
+    table += "| " + std::to_string(k) + " | " + own + " | ";
+    if (!argument.is_buffer) {
+      lines += "scalar " + own + " " + hex_of(argument.before) + "\n";
+      table += counted(argument.before.size(), "byte") + " | " + hex_of(argument.before) + " |\n";
+      continue;
+    }
+    const std::string before = printed("%02zu_", k) + plain(own) + ".before.bin",
+                      after = printed("%02zu_", k) + plain(own) + ".expected.bin";
+    write_file(folder / before, argument.before);
+    const bool same = argument.expected && *argument.expected == argument.before;
+    if (argument.expected && !same) write_file(folder / after, *argument.expected);
+    const std::string expected = !argument.expected ? "-" : same ? before : after;
+    const std::size_t bytes = argument.before.size();
+    lines += "buffer " + own + " floats " + (argument.floats ? "1" : "0") + " entry " +
+             std::to_string(unordered_entry(own)) + " bytes " + std::to_string(bytes) + " room " +
+             std::to_string(argument.room) + " " + before + " " + expected + "\n";
+    table += counted(bytes, "byte") + (argument.floats ? " of floats" : "") + " | " + before +
+             (same                ? ", stays as it is"
+              : argument.expected ? ", becomes " + after
+                                  : "") +
+             " |\n";
+  }
+  return written;
+}
+
 }  // namespace
 
 Reproducers::Reproducers(std::string folder, const DeviceInfo& device, OtherDevices others)
@@ -125,7 +173,6 @@ std::string Reproducers::write(SavedLaunch launch, const std::string& where,
   const std::string name = name_of(launch.kernel);
   written_.insert(name);
   const std::string origin = find_expected(launch, others_);
-  const std::string verdict = what.empty() ? verdict_of(launch, found) : what;
 
   const fs::path folder = fs::path(folder_) / name,
                  unfinished = fs::path(folder_) / ("." + name + kUnfinished);
@@ -133,47 +180,15 @@ std::string Reproducers::write(SavedLaunch launch, const std::string& where,
   fs::remove_all(unfinished, error);
   if (!fs::create_directories(unfinished, error))
     throw OutputError(cannot_be_written(unfinished.string(), error.value()));
-
-  std::string text = "device " + in_one_line(device_.name) + "\n", table;
-  if (const char* mode = std::getenv(kIntelVectorizer))
-    text += std::string("environment ") + kIntelVectorizer + " " + mode + "\n";
-  text += "kernel " + launch.kernel + "\noptions " + in_one_line(launch.build_options) +
-          "\nrange " + std::to_string(launch.range.nx) + " " + std::to_string(launch.range.ny) +
-          " groups " + std::to_string(launch.range.group_x) + " " +
-          std::to_string(launch.range.group_y) + "\n";
-  for (std::size_t k = 0; k < launch.arguments.size(); ++k) {
-    const SavedLaunch::Argument& argument = launch.arguments[k];
-    const std::string own = argument.name.empty() ? "argument" : argument.name;
-    table += "| " + std::to_string(k) + " | " + own + " | ";
-    if (!argument.is_buffer) {
-      text += "scalar " + own + " " + hex_of(argument.before) + "\n";
-      table += counted(argument.before.size(), "byte") + " | " + hex_of(argument.before) + " |\n";
-      continue;
-    }
-    const std::string before = printed("%02zu_", k) + plain(own) + ".before.bin",
-                      after = printed("%02zu_", k) + plain(own) + ".expected.bin";
-    write_file(unfinished / before, argument.before);
-    const bool same = argument.expected && *argument.expected == argument.before;
-    if (argument.expected && !same) write_file(unfinished / after, *argument.expected);
-    const std::string expected = !argument.expected ? "-" : same ? before : after;
-    const std::size_t bytes = argument.before.size();
-    text += "buffer " + own + " floats " + (argument.floats ? "1" : "0") + " entry " +
-            std::to_string(unordered_entry(own)) + " bytes " + std::to_string(bytes) + " room " +
-            std::to_string(argument.room) + " " + before + " " + expected + "\n";
-    table += counted(bytes, "byte") + (argument.floats ? " of floats" : "") + " | " + before +
-             (same                ? ", stays as it is"
-              : argument.expected ? ", becomes " + after
-                                  : "") +
-             " |\n";
-  }
-  write_file(unfinished / "launch.txt", text);
+  const WrittenArguments arguments = write_arguments(launch, unfinished);
+  write_file(unfinished / "launch.txt", head_of(launch, device_) + arguments.lines);
   write_file(unfinished / "kernel.cl", launch.source);
   for (const char* file : {"host.c", "Makefile"}) write_file(unfinished / file, repro_file(file));
   write_file(
       unfinished / "README.md",
-      "# " + launch.kernel + " on " + in_one_line(device_.name) + "\n\n**" + verdict +
-          "**\n\nFound by `meniscus verify` " + version() + " in " + where + " of " + size_ + ", " +
-          variant_ +
+      "# " + launch.kernel + " on " + in_one_line(device_.name) + "\n\n**" +
+          (what.empty() ? verdict_of(launch, found) : what) + "**\n\nFound by `meniscus verify` " +
+          version() + " in " + where + " of " + size_ + ", " + variant_ +
           ".\n\n"
           "    make && ./host          # here; ./host GPU 100: on a device with GPU in its "
           "name, up to 100 runs; else 20 runs, and more until 10 s have passed\n\n"
@@ -186,7 +201,7 @@ std::string Reproducers::write(SavedLaunch launch, const std::string& where,
           "\n- Source: kernel.cl, which is records.h, nouns.h, prelude.cl and " + launch.file +
           " in one; built with `" + launch.build_options + "`\n- Range: " + range_of(launch.range) +
           "\n- Expected bits: " + origin +
-          "\n\n| argument | name | size | value |\n|---|---|---|---|\n" + table);
+          "\n\n| argument | name | size | value |\n|---|---|---|---|\n" + arguments.table);
   fs::rename(unfinished, folder, error);
   if (error) throw OutputError(cannot_be_written(folder.string(), error.value()));
   return folder.string();

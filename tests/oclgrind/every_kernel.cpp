@@ -163,11 +163,12 @@ int main() try {
         {9, 9, 0, 1}, 1);
     if (!slow || width == 1) {  // these do not depend on the width
       measure_roofline(device, {{1 << 12}, 1 << 7, 1, 1, 0});
-      verify::probe_arithmetic(device, [&](const verify::Row& row) {
-        if (row.result != verify::Result::fail || !row.required) return;
-        std::printf("%s: %s\n", row.kernel.c_str(), row.reason.c_str());
-        good = false;
-      });
+      for (const auto& probe : {verify::probe_expressions, verify::probe_execution})
+        probe(device, [&](const verify::Row& row) {
+          if (row.result != verify::Result::fail || !row.required) return;
+          std::printf("%s: %s\n", row.kernel.c_str(), row.reason.c_str());
+          good = false;
+        });
     }
     for (const auto& [key, kernel] : device.state().kernels) {
       missing.erase(kernel.file + " " + kernel.name);
