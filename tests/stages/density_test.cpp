@@ -6,6 +6,7 @@
 #include "stages/stage_test_support.hpp"
 #include "verify/reference/density.hpp"
 #include "verify/reference/settle.hpp"
+#include "verify/references/cases.hpp"
 #include "verify/references/mesh_by_hand.hpp"
 
 namespace meniscus {
@@ -21,23 +22,8 @@ DeviceCells levelled(Device& device, const DeviceCells& cells, const RegionParam
   return level_cells(device, cells, params);
 }
 
-TEST_P(Density, MatchesTheReference) {
-  for (const std::size_t n : {1, 65, 700}) {
-    const Projected p = scattered(n, 8, static_cast<unsigned>(n));
-    std::vector<Vec3d> points;
-    Random random(2);
-    for (int k = 0; k < 333; ++k)
-      points.push_back(
-          Vec3d(Vec3{static_cast<float>(random(-10, 10)), static_cast<float>(random(-10, 10)),
-                     static_cast<float>(random(-30, -10))}));
-    for (std::size_t i = 0; i < n; ++i) points.push_back(p.eye(i));
-    const auto actual = measure_density(device_, cells_of(device_, p), points);
-    ASSERT_EQ(actual.size(), points.size());
-    for (std::size_t k = 0; k < points.size(); ++k) {
-      const double expected = reference::density(p, points[k]);
-      EXPECT_NEAR(actual[k], expected, reference::density_error(p, points[k], expected));
-    }
-  }
+TEST_P(Density, MatchesTheReferenceWithItsGradients) {
+  for (const std::size_t n : {1, 65, 700}) expect_within(verify::density_errors(device_, n, 333));
 }
 
 // The polynomial against the spline that it stands for, with what docs/method.md says of it.
@@ -65,25 +51,6 @@ TEST_P(Density, IsTheCubicSplineButForAThousandthsFour) {
   // error is below (2 h / steps)^2 / 24 of the integrand's second derivative, below 40 over 2 h.
   const double ball = 4.0 / 3 * std::numbers::pi * 8;
   EXPECT_NEAR(volume, 1, ball * (kDigits + rounding) + std::pow(2.0 / kSteps, 2) / 24 * 40 * 2);
-}
-
-TEST_P(Density, GradientsAtTheParticlesMatchTheReference) {
-  for (const std::size_t n : {1, 65, 700}) {
-    const Projected p = scattered(n, 8, static_cast<unsigned>(n));
-    const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
-    const auto actual = download(device_, measure_gradients(device_, upload_cells(device_, cells)));
-    ASSERT_EQ(actual.size(), 4 * n);
-    const reference::Field field{p, std::vector<double>(n, 1)};
-    for (std::size_t k = 0; k < n; ++k) {
-      const Vec3d at = p.eye(cells.item[k]), expected = field.gradient(at);
-      const double off = reference::gradient_error(p, at);
-      EXPECT_NEAR(actual[k], expected.x, off);
-      EXPECT_NEAR(actual[n + k], expected.y, off);
-      EXPECT_NEAR(actual[2 * n + k], expected.z, off);
-      const double density = reference::density(p, at);
-      EXPECT_NEAR(actual[3 * n + k], density, reference::density_error(p, at, density));
-    }
-  }
 }
 
 // A lattice, shaken by `rough` radii, its particles `spacing` radii from each other: buckets wrap

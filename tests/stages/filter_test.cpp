@@ -7,6 +7,7 @@
 
 #include "stages/stage_test_support.hpp"
 #include "verify/reference/filter.hpp"
+#include "verify/references/cases.hpp"
 
 namespace meniscus {
 namespace {
@@ -30,14 +31,6 @@ const Case kCases[] = {
 };
 
 View view_of(const Case& c) { return make_view(c.camera(c.grid.nx, c.grid.ny), 0.5, {0, 0, 0}); }
-
-reference::FilterWindow window_of(const Case& c, const View& view, bool along_u, bool along_v) {
-  return {[=](double t) {
-            const double scale = c.sigma / (view.w_row[3] - view.w_row[2] * t) / c.grid.step;
-            return std::array<double, 2>{scale * view.u_scale, scale * view.v_scale};
-          },
-          along_u, along_v};
-}
 
 std::vector<double> doubles(const std::vector<float>& values) {
   return {values.begin(), values.end()};
@@ -71,56 +64,38 @@ class Filter : public OnDevice {
   }
 };
 
-TEST_P(Filter, BilateralMatchesTheReference) {
-  for (const Case& c : kCases)
-    for (const int separable : {0, 1}) {
-      SCOPED_TRACE(std::string(c.name) + (separable ? ", separable" : ""));
-      const View view = view_of(c);
-      const auto depth = patches(c.grid, 3);
-      BilateralParams params;
-      params.sigma = c.sigma;
-      params.range = 0.6;
-      params.separable = separable;
-      auto expected = reference::filter_bilateral(
-          doubles(depth), c.grid, window_of(c, view, true, !separable), params.range);
-      // Depths of a layer differ by less than 0.8, those of two layers by more than 17, whose
-      // weight is zero in floats and below 1e-170 here.
-      const double exponent = 3.125 + 0.5 * std::pow(0.8 / params.range, 2);
-      double tolerance = reference::quotient_error(expected, exponent, 0.8);
-      if (separable) {
-        // What the first pass is off moves the second's samples by as much, and the exponents by
-        // |s| / range^2 times twice that.
-        const double first = tolerance;
-        expected = reference::filter_bilateral(expected.depth, c.grid,
-                                               window_of(c, view, false, true), params.range);
-        tolerance = reference::quotient_error(expected, exponent, 0.8) +
-                    first * (3 + 2 * 0.8 * 2 * 0.8 / std::pow(params.range, 2));
-      }
-      ASSERT_GT(expected.disc_margin, 1e-6);  // rounding decides about no sample
-      ASSERT_LT(tolerance, 1e-3);
-      expect_near(bilateral(view, depth, c.grid, params), expected.depth, tolerance);
-    }
+TEST_P(Filter, OnePassMatchesTheReference) {
+  for (const Case& c : kCases) {
+    SCOPED_TRACE(c.name);
+    expect_within(verify::filter_errors(device_, view_of(c), c.grid, c.sigma));
+  }
 }
 
-TEST_P(Filter, NarrowRangeMatchesTheReference) {
+TEST_P(Filter, SeparableBilateralMatchesTheReference) {
   for (const Case& c : kCases) {
     SCOPED_TRACE(c.name);
     const View view = view_of(c);
-    const auto depth = stairs(c.grid, 5);
-    NarrowRangeParams params;
+    const auto depth = patches(c.grid, 3);
+    BilateralParams params;
     params.sigma = c.sigma;
-    params.delta = 41.0 / 128;
-    params.mu = 0.75;
-    params.cleanup = 0;
-    const auto expected = reference::filter_narrow_range(
-        doubles(depth), c.grid, window_of(c, view, true, true), params.delta, params.mu);
-    ASSERT_GT(expected.disc_margin, 1e-6);
-    ASSERT_GE(expected.margin, 1.0 / 128);  // and floats hold what is compared exactly
-    const auto [su, sv] = window_of(c, view, true, true).sigma(20);
-    const double span = std::max(params.mu, 2.5 * (su * 0.25 + sv * 0.125) + 0.25);
-    const double tolerance = reference::quotient_error(expected, 3.125, span);
-    ASSERT_LT(tolerance, 1e-2);
-    expect_near(narrow_range(view, depth, c.grid, params), expected.depth, tolerance);
+    params.range = 0.6;
+    params.separable = 1;
+    const auto rows = reference::filter_bilateral(
+        doubles(depth), c.grid, reference::window_of(view, c.grid, c.sigma, true, false),
+        params.range);
+    const auto expected = reference::filter_bilateral(
+        rows.depth, c.grid, reference::window_of(view, c.grid, c.sigma, false, true), params.range);
+    // Depths of a layer differ by less than 0.8, those of two layers by more than 17, whose weight
+    // is zero in floats and below 1e-170 here.
+    const double exponent = 3.125 + 0.5 * std::pow(0.8 / params.range, 2);
+    // What the first pass is off moves the second's samples by as much, and the exponents by
+    // |s| / range^2 times twice that.
+    const double first = reference::quotient_error(rows, exponent, 0.8);
+    const double tolerance = reference::quotient_error(expected, exponent, 0.8) +
+                             first * (3 + 2 * 0.8 * 2 * 0.8 / std::pow(params.range, 2));
+    ASSERT_GT(expected.disc_margin, 1e-6);  // rounding decides about no sample
+    ASSERT_LT(tolerance, 1e-3);
+    expect_near(bilateral(view, depth, c.grid, params), expected.depth, tolerance);
   }
 }
 
@@ -147,8 +122,8 @@ TEST_P(Filter, NarrowRangePassesAndCleanUpMatchTheReference) {
       tolerance = 2 * tolerance + reference::quotient_error(result, 3.125, 0.8 + 4 * params.mu);
     };
     for (int k = 0; k < params.iterations; ++k) {
-      run_pass(window_of(c, view, true, false));
-      run_pass(window_of(c, view, false, true));
+      run_pass(reference::window_of(view, c.grid, c.sigma, true, false));
+      run_pass(reference::window_of(view, c.grid, c.sigma, false, true));
     }
     // 2.5 sigma are the clean-up's two samples, or a ten-thousandth more.
     const double sigma = 0.8 * std::sqrt(1.0001);

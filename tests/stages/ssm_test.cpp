@@ -11,27 +11,13 @@
 #include "stages/mesh.hpp"
 #include "stages/orthographic_view.hpp"
 #include "stages/stage_test_support.hpp"
-#include "verify/reference/ssm.hpp"
+#include "verify/references/cases.hpp"
 
 namespace meniscus {
 namespace {
 
 View perspective_view(int width, int height) {
   return make_view(look_at({0, 0, 20}, {0, 0, 0}, {0, 1, 0}, 50, width, height), 0.5, {0, 0, 0});
-}
-
-// Noise on two layers, 20 and 38 radii away, in irregular patches, and none beside them. Depths
-// within a layer differ by less than 0.8, so that with z_max = 2 no decision is near.
-std::vector<float> noisy_patches(const SampleGrid& grid, unsigned seed) {
-  std::mt19937 random(seed);
-  std::vector<float> depth;
-  for (int j = 0; j < grid.ny; ++j)
-    for (int i = 0; i < grid.nx; ++i) {
-      const double patch = std::sin(0.35 * i + 0.2 * j) + std::cos(0.31 * j - 0.12 * i);
-      const float noise = static_cast<float>(random() % 4096) / 4096 * 0.8f;
-      depth.push_back(patch < -0.8 ? kNoSurface : (patch < 0.5 ? 20.0f : 38.0f) + noise);
-    }
-  return depth;
 }
 
 struct Case {
@@ -72,48 +58,19 @@ class Ssm : public OnDevice {
   }
 };
 
-TEST_P(Ssm, SmoothingMatchesTheReference) {
+// Of the smoothing, and of the normals of what it makes.
+TEST_P(Ssm, MatchesTheReference) {
   for (const Case& c : kCases) {
     SCOPED_TRACE(c.name);
-    const View view = view_of(c);
-    const SsmParams params = params_of(c);
-    const auto depth = noisy_patches(c.grid, 3);
-    const auto half_width = [&](double scale) {
-      return [&, scale](double t) {
-        if (c.filter > 0) return c.filter * std::pow(c.cell / c.grid.step, 2);
-        const double w = view.w_row[3] - view.w_row[2] * t;
-        return 2 * std::pow(c.sigma * scale / w / c.grid.step, 2);
-      };
-    };
-    const int nx = c.grid.nx, ny = c.grid.ny;
-    const auto columns = reference::smooth_axis({depth.begin(), depth.end()}, nx, ny, 1,
-                                                params.z_max, half_width(view.v_scale));
-    const auto expected =
-        reference::smooth_axis(columns.depth, nx, ny, 0, params.z_max, half_width(view.u_scale));
-    // Rounding decides about no layer.
-    ASSERT_GT(std::min(columns.layer_margin, expected.layer_margin), 0.1);
-    // n: three roundings of its constants and of w, squared, and a division; then twice the error
-    // of a depth of at least 20.
-    const double first = reference::pass_error(columns, params.z_max, 8 * kEpsilon);
-    const double second =
-        first + reference::pass_error(expected, params.z_max, 8 * kEpsilon + 2 * first / 20);
-    ASSERT_LT(second, 1e-2);
-    const auto actual = smoothed(view, depth, c.grid, params, c.cell);
-    ASSERT_EQ(actual.size(), expected.depth.size());
-
-    for (std::size_t k = 0; k < actual.size(); ++k) {
-      if (std::isfinite(expected.depth[k]))
-        ASSERT_NEAR(actual[k], expected.depth[k], second) << k;
-      else
-        ASSERT_EQ(actual[k], kNoSurface) << k;
-    }
+    expect_within(
+        verify::ssm_errors(device_, view_of(c), c.grid, patches(c.grid, 4), params_of(c), c.cell));
   }
 }
 
 TEST_P(Ssm, VectorsOfAnyWidthGiveTheSameBits) {
   for (const Case& c : kCases) {
     const View view = view_of(c);
-    const auto depth = noisy_patches(c.grid, 5);
+    const auto depth = patches(c.grid, 5);
     device_.state().vector_width = 1;
     const auto one = smoothed(view, depth, c.grid, params_of(c), c.cell);
     device_.state().vector_width = 8;
@@ -124,7 +81,7 @@ TEST_P(Ssm, VectorsOfAnyWidthGiveTheSameBits) {
 TEST_P(Ssm, NormalsOfAnyWidthHaveTheSameBits) {
   for (const Case& c : kCases) {
     const View view = view_of(c);
-    const auto depth = upload(device_, noisy_patches(c.grid, 6));
+    const auto depth = upload(device_, patches(c.grid, 6));
     device_.state().vector_width = 1;
     const auto one = download(device_, depth_normals(device_, view, depth, c.grid, 0.5));
     device_.state().vector_width = 8;
@@ -160,35 +117,6 @@ TEST_P(Ssm, FilterIsTheBinomialRow) {
     for (int i = 0; i < 9; ++i)
       EXPECT_EQ(map[j * 9 + i],
                 8 + 0.5 * row[std::min(2, std::abs(i - 4))] * row[std::min(2, std::abs(j - 4))]);
-}
-
-TEST_P(Ssm, NormalsMatchTheReference) {
-  for (const Case& c : kCases) {
-    SCOPED_TRACE(c.name);
-    const View view = view_of(c);
-    const SsmParams params = params_of(c);
-    const auto smooth = smoothed(view, noisy_patches(c.grid, 7), c.grid, params, c.cell);
-    const auto normal = download(
-        device_, depth_normals(device_, view, upload(device_, smooth), c.grid, params.z_max));
-    const auto expected =
-        reference::depth_normals(view, {smooth.begin(), smooth.end()}, c.grid, params.z_max);
-    // A coordinate o + t d of at most 64 radii has six roundings, twice with the constants'; the
-    // difference of two has twice that. One sample spans `side` radii at least.
-    const double off = 2 * 12 * kEpsilon * 64;
-    const double side =
-        c.grid.step * (c.orthographic ? 1 : 20 * std::abs(view.w_row[2]) / view.u_scale);
-    // The differences a = (a_u, 0, a_t), b = (0, b_v, b_t) with |a_t| <= 1.6 <= 1.6 a_u / side:
-    // their cross product is at least |a_u b_v| long, and |a| / a_u at most `steep`.
-    const double steep = std::sqrt(1 + std::pow(1.6 / side, 2));
-    const double tolerance = 2 * off * steep / side;
-    ASSERT_LT(tolerance, 0.01);
-    for (std::size_t k = 0; k < expected.size(); ++k) {
-      const bool surface = std::isfinite(smooth[k]);
-      const std::size_t size = expected.size();
-      const Vec3d actual{normal[k], normal[size + k], normal[2 * size + k]};
-      EXPECT_LT(length(actual - expected[k]), surface ? tolerance : 1e-30) << k;
-    }
-  }
 }
 
 TEST_P(Ssm, NamesAMapOfTheWrongSize) {

@@ -10,6 +10,7 @@
 
 #include "device/device.hpp"
 #include "stages/view.hpp"
+#include "verify/references.hpp"
 #include "verify/references/inputs.hpp"
 
 namespace meniscus {
@@ -43,6 +44,13 @@ class OnDevice : public testing::TestWithParam<DeviceInfo> {
 
   void use_width(int width) { device_.state().vector_width = width; }
 };
+
+/// What stages compute is as near to double precision as it may be.
+inline void expect_within(const std::vector<verify::ReferenceError>& errors) {
+  EXPECT_FALSE(errors.empty());
+  for (const verify::ReferenceError& error : errors)
+    EXPECT_LE(error.ulp, error.allowed) << error.kernel << ", " << error.output;
+}
 
 #define MENISCUS_ON_EVERY_DEVICE(suite)                                                         \
   INSTANTIATE_TEST_SUITE_P(EveryDevice, suite, testing::ValuesIn(::meniscus::usable_devices()), \

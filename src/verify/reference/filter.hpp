@@ -28,6 +28,16 @@ struct FilterWindow {
   bool along_u = true, along_v = true;
 };
 
+/// The window whose sigma is a length, particle radii.
+inline FilterWindow window_of(const View& view, const SampleGrid& grid, double sigma,
+                              bool along_u = true, bool along_v = true) {
+  return {[=](double t) {
+            const double scale = sigma / (view.w_row[3] - view.w_row[2] * t) / grid.step;
+            return std::array<double, 2>{scale * view.u_scale, scale * view.v_scale};
+          },
+          along_u, along_v};
+}
+
 /// Calls visit(di, dj, weight) for the window's samples but the centre.
 template <class Visit>
 void visit_window(const FilterWindow& window, double t, Filtered& result, Visit&& visit) {

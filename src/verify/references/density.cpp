@@ -10,13 +10,17 @@ namespace meniscus::verify {
 
 ReferenceErrors density_case(Device& device, int size) {
   const auto n = static_cast<std::size_t>(size);
-  const Projected p = scattered(n, 8, static_cast<unsigned>(size));
+  return density_errors(device, n, n / 2 + 3);
+}
+
+ReferenceErrors density_errors(Device& device, std::size_t n, std::size_t beside) {
+  const Projected p = scattered(n, 8, static_cast<unsigned>(n));
   const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
   const DeviceCells on_device = upload_cells(device, cells);
 
   std::vector<Vec3d> points;
   Random random(2);
-  for (std::size_t k = 0; k < n / 2 + 3; ++k)
+  for (std::size_t k = 0; k < beside; ++k)
     points.push_back(
         Vec3d(Vec3{static_cast<float>(random(-10, 10)), static_cast<float>(random(-10, 10)),
                    static_cast<float>(random(-30, -10))}));

@@ -28,7 +28,12 @@ void see(Worst& worst, const Vec3& found, const Known& known, const Vec3d& at, d
 
 ReferenceErrors motion_case(Device& device, int size) {
   const auto n = static_cast<std::size_t>(size);
-  Projected particles = scattered(n, 8, static_cast<unsigned>(size));
+  return motion_errors(device, n, n / 2 + 3, perspective_camera(size < 100 ? 21 : 45, 13));
+}
+
+ReferenceErrors motion_errors(Device& device, std::size_t n, std::size_t beside,
+                              const Camera& camera) {
+  Projected particles = scattered(n, 8, static_cast<unsigned>(n));
   Random random(7);
   std::vector<Vec3> velocity;
   Known known;
@@ -42,7 +47,7 @@ ReferenceErrors motion_case(Device& device, int size) {
   const MovingParticles moving = upload_moving(device, particles, velocity);
 
   std::vector<Vec3d> points;
-  for (std::size_t k = 0; k < n / 2 + 3; ++k)
+  for (std::size_t k = 0; k < beside; ++k)
     points.push_back(
         Vec3d(Vec3{static_cast<float>(random(-12, 12)), static_cast<float>(random(-12, 12)),
                    static_cast<float>(random(-32, -8))}));
@@ -52,7 +57,7 @@ ReferenceErrors motion_case(Device& device, int size) {
   for (std::size_t k = 0; k < points.size(); ++k) see(at_points, of_points[k], known, points[k], 0);
 
   // A slope with a jump, holes and loose samples.
-  const View view = make_view(perspective_camera(size < 100 ? 21 : 45, 13), 0.5, {0, 0, 0});
+  const View view = make_view(camera, 0.5, {0, 0, 0});
   const SampleGrid grid = pixel_grid(view);
   const auto nx = static_cast<std::size_t>(grid.nx);
   std::vector<float> depth(grid.size(), kNoSurface);

@@ -9,12 +9,16 @@
 namespace meniscus::verify {
 
 ReferenceErrors stable_case(Device& device, int size) {
-  const SampleGrid grid{size, size, 8, 24.0f / static_cast<float>(size)};
+  return stable_errors(device, {size, size, 8, 24.0f / static_cast<float>(size)});
+}
+
+ReferenceErrors stable_errors(Device& device, const SampleGrid& grid) {
   Parameters params;
   params.stable.capsule = 0;
   params.stable.closing = 0;
   Worst depths("own_triangles", "depth"), owners("own_triangles", "owner"),
       blended("blend_particles", "depth"), normals("blend_particles", "normal");
+  std::size_t covered = 0;
   for (const auto& surface : {hills, roof}) {
     const Projected particles = field(12, 13, surface);
     const Triangulation mesh = triangulated(particles);
@@ -42,6 +46,7 @@ ReferenceErrors stable_case(Device& device, int size) {
         depths.see(depth[s], owned.depth, 33 * 3 * kCorner);
       }
       if (!std::isfinite(depth[s])) continue;
+      ++covered;
       const auto expected = reference::blend_at(plain_view(), fits, u, v, depth[s], params.blend);
       if (expected.margin < 1e-2 || !std::isfinite(expected.depth)) continue;
       // A root is good to 20 roundings of its terms, at most 40, over the slope along the ray, 0.4
@@ -53,6 +58,7 @@ ReferenceErrors stable_case(Device& device, int size) {
       normals.see(length(Vec3d(map.normal[s]) - expected.normal), 0, 4 * kRoot, 1);
     }
   }
+  require_decided(owners.seen() >= 2 * grid.size() * 9 / 10 && blended.seen() >= covered * 8 / 10);
   return {owners.error(), depths.error(), blended.error(), normals.error()};
 }
 

@@ -4,10 +4,17 @@
 #include <cmath>
 #include <utility>
 
+#include "meniscus/error.hpp"
 #include "verify/bits.hpp"
 #include "verify/references.hpp"
 
 namespace meniscus::verify {
+
+/// Inputs are made so that no rounding decides what is found: throws where one may, or where a
+/// bound is so wide that it says nothing.
+inline void require_decided(bool decided) {
+  require(decided, "a reference's input lies where rounding decides");
+}
 
 class Worst {
  public:
@@ -17,6 +24,7 @@ class Worst {
   /// `size`: whose last place counts, the expected value's unless it is given.
   void see(double found, double expected, double bound) { see(found, expected, bound, expected); }
   void see(double found, double expected, double bound, double size) {
+    ++seen_;
     if (found == expected) return;
     const double unit = ulp_of(size), off = std::abs(found - expected);
     if (!std::isfinite(off)) return keep(INFINITY, 0, INFINITY);
@@ -32,6 +40,7 @@ class Worst {
   }
 
   const ReferenceError& error() const { return error_; }
+  std::size_t seen() const { return seen_; }  // values
 
  private:
   void keep(double ulp, double allowed, double share) {
@@ -43,6 +52,7 @@ class Worst {
 
   ReferenceError error_;
   double share_ = 0;  // of the bound
+  std::size_t seen_ = 0;
 };
 
 }  // namespace meniscus::verify
