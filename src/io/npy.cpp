@@ -333,7 +333,25 @@ struct Member {
   std::uint32_t sum = 0;  // CRC-32
 };
 
-std::vector<Member> members_of(const Bytes& file) {
+std::uint16_t u16(const std::string& text, std::size_t at) {
+  return load<std::uint16_t>(text.data() + at, std::endian::little);
+}
+std::uint32_t u32(const std::string& text, std::size_t at) {
+  return load<std::uint32_t>(text.data() + at, std::endian::little);
+}
+std::uint64_t u64(const std::string& text, std::size_t at) {
+  return load<std::uint64_t>(text.data() + at, std::endian::little);
+}
+
+// Of a zip archive: how many members it lists, and where.
+struct Directory {
+  std::uint64_t count = 0, at = 0;
+  std::string bytes;
+};
+
+constexpr std::size_t kEntry = 46;  // bytes of a member in it, without names
+
+Directory directory_of(const Bytes& file) {
   constexpr std::uint64_t kEnd = 22, kMostComment = 0xffff;
   const std::uint64_t tail_size = std::min(file.size(), kEnd + kMostComment);
   const std::string tail =
@@ -341,56 +359,60 @@ std::vector<Member> members_of(const Bytes& file) {
   const std::size_t end = tail.rfind("PK\x05\x06");
   if (end == std::string::npos || tail.size() - end < kEnd)
     fail(file, "", "has no end of a zip archive, wanted what numpy.savez writes (truncated?)");
-  const auto u16 = [](const std::string& text, std::size_t at) {
-    return load<std::uint16_t>(text.data() + at, std::endian::little);
-  };
-  const auto u32 = [](const std::string& text, std::size_t at) {
-    return load<std::uint32_t>(text.data() + at, std::endian::little);
-  };
-  const auto u64 = [](const std::string& text, std::size_t at) {
-    return load<std::uint64_t>(text.data() + at, std::endian::little);
-  };
-  std::uint64_t count = u16(tail, end + 10), size = u32(tail, end + 12), at = u32(tail, end + 16);
+  Directory directory{u16(tail, end + 10), u32(tail, end + 16), ""};
+  std::uint64_t size = u32(tail, end + 12);
   constexpr std::size_t kLocator = 20;
   if (end >= kLocator && tail.compare(end - kLocator, 4, "PK\x06\x07") == 0) {
     const std::string wide = text_at(file, u64(tail, end - kLocator + 8), 56);
     if (!wide.starts_with("PK\x06\x06")) fail(file, "", "its zip64 end is damaged");
-    count = u64(wide, 32);
+    directory.count = u64(wide, 32);
+    directory.at = u64(wide, 48);
     size = u64(wide, 40);
-    at = u64(wide, 48);
   }
-  constexpr std::size_t kEntry = 46;
-  if (size > file.size() || count > size / kEntry)
+  if (size > file.size() || directory.count > size / kEntry)
     fail(file, "", "states more members than its directory can hold (damaged?)");
-  const std::string directory = text_at(file, at, static_cast<std::size_t>(size));
-  std::vector<Member> members;
-  for (std::size_t p = 0; members.size() < count;) {
-    if (directory.size() - p < kEntry || directory.compare(p, 4, "PK\x01\x02") != 0)
-      fail(file, byte_place(static_cast<std::size_t>(at) + p), "its zip directory is damaged");
-    Member member;
-    member.method = u16(directory, p + 10);
-    member.sum = u32(directory, p + 16);
-    member.packed = u32(directory, p + 20);
-    member.size = u32(directory, p + 24);
-    const std::size_t name = u16(directory, p + 28), extra = u16(directory, p + 30),
-                      comment = u16(directory, p + 32);
-    std::uint64_t local = u32(directory, p + 42);
-    if (directory.size() - p - kEntry < name + extra + comment)
-      fail(file, byte_place(static_cast<std::size_t>(at) + p), "its zip directory is cut off");
-    member.name = directory.substr(p + kEntry, name);
-    for (std::size_t e = p + kEntry + name, last = e + extra; e + 4 <= last;) {
-      const std::size_t length = u16(directory, e + 2);
-      if (length > last - e - 4) break;
-      if (u16(directory, e) == 1) {  // zip64: what did not fit, in this order
-        std::size_t q = e + 4;
-        for (std::uint64_t* value : {&member.size, &member.packed, &local})
-          if (*value == 0xffffffff && q + 8 <= e + 4 + length) {
-            *value = u64(directory, q);
-            q += 8;
-          }
-      }
-      e += 4 + length;
+  directory.bytes = text_at(file, directory.at, static_cast<std::size_t>(size));
+  return directory;
+}
+
+// zip64: what did not fit into a member's entry stands in its extra fields, in this order.
+void take_large(const std::string& entries, std::size_t at, std::size_t size, Member& member,
+                std::uint64_t& local) {
+  for (const std::size_t last = at + size; at + 4 <= last;) {
+    const std::size_t length = u16(entries, at + 2);
+    if (length > last - at - 4) return;
+    if (u16(entries, at) == 1) {
+      std::size_t q = at + 4;
+      for (std::uint64_t* value : {&member.size, &member.packed, &local})
+        if (*value == 0xffffffff && q + 8 <= at + 4 + length) {
+          *value = u64(entries, q);
+          q += 8;
+        }
     }
+    at += 4 + length;
+  }
+}
+
+std::vector<Member> members_of(const Bytes& file) {
+  const Directory directory = directory_of(file);
+  const std::string& entries = directory.bytes;
+  std::vector<Member> members;
+  for (std::size_t p = 0; members.size() < directory.count;) {
+    const std::string place = byte_place(static_cast<std::size_t>(directory.at) + p);
+    if (entries.size() - p < kEntry || entries.compare(p, 4, "PK\x01\x02") != 0)
+      fail(file, place, "its zip directory is damaged");
+    Member member;
+    member.method = u16(entries, p + 10);
+    member.sum = u32(entries, p + 16);
+    member.packed = u32(entries, p + 20);
+    member.size = u32(entries, p + 24);
+    const std::size_t name = u16(entries, p + 28), extra = u16(entries, p + 30),
+                      comment = u16(entries, p + 32);
+    std::uint64_t local = u32(entries, p + 42);
+    if (entries.size() - p - kEntry < name + extra + comment)
+      fail(file, place, "its zip directory is cut off");
+    member.name = entries.substr(p + kEntry, name);
+    take_large(entries, p + kEntry + name, extra, member, local);
     p += kEntry + name + extra + comment;
     const std::string head = text_at(file, local, 30);
     if (!head.starts_with("PK\x03\x04"))

@@ -181,37 +181,50 @@ double thinning(const OnScreen& screen, const Parameters& params) {
   return factor;
 }
 
-Particles keep_near(const Filling& filling, const ParticleSource& source, const View& view,
-                    const OnScreen& screen) {
-  Device& device = filling.device;
+// The fronts of all particles, and how many particles of a chunk there is memory for beside them.
+// The map of a small frame is empty: it keeps all that is in view.
+std::pair<FrontMap, std::size_t> map_fronts(const Filling& filling, const ParticleSource& source,
+                                            const View& view, const OnScreen& screen) {
   // No stage looks farther than this beyond the screen's edge, in radii.
   constexpr double kMargin = 16;
-  FrontMap map;
-  std::size_t chunk = 0;
-  if (screen.particles < kStreamed) {
-    map = empty_map(device, view, kMargin);
-    chunk = chunk_size(filling.memory, 0);
-  } else {
-    // Behind so many radii of fluid, and so far from a gap, nothing bears on what is seen.
-    constexpr double kReach = 16, kAround = 12;
-    const double cell = std::max(1.0, 1.5 * screen.spacing), radius = screen.spacing / 2;
-    filling.clock.start("fronts");
-    const std::size_t map_bytes = map_size(view, cell, kAround * radius);
-    chunk = chunk_size(filling.memory, map_bytes);
-    map = find_fronts(device, view, source, chunk,
+  if (screen.particles < kStreamed)
+    return {empty_map(filling.device, view, kMargin), chunk_size(filling.memory, 0)};
+  // Behind so many radii of fluid, and so far from a gap, nothing bears on what is seen.
+  constexpr double kReach = 16, kAround = 12;
+  const double cell = std::max(1.0, 1.5 * screen.spacing), radius = screen.spacing / 2;
+  filling.clock.start("fronts");
+  const std::size_t chunk = chunk_size(filling.memory, map_size(view, cell, kAround * radius));
+  return {find_fronts(filling.device, view, source, chunk,
                       {.cell = cell,
                        .border = kAround * radius,
                        .margin = kMargin,
                        .block = 4 * cell,
                        .around = kAround * radius,
-                       .reach = kReach});
-  }
+                       .reach = kReach}),
+          chunk};
+}
+
+// The parts of all processes, one behind the other.
+void gather(Team& team, std::vector<float>& values) {
+  std::vector<float> all;
+  team.gather(std::move(values), [&](int rank, std::vector<float>&& some) {
+    if (rank == 0)
+      all = std::move(some);
+    else
+      all.insert(all.end(), some.begin(), some.end());
+  });
+  values = std::move(all);
+}
+
+Particles keep_near(const Filling& filling, const ParticleSource& source, const View& view,
+                    const OnScreen& screen) {
+  const auto [map, chunk] = map_fronts(filling, source, view, screen);
   filling.clock.start("select");
   Particles kept;
   for (const std::string& name : source.attributes()) kept.attributes.push_back({name, {}});
   VelocityCheck velocities;
   std::vector<ValueCheck> values(kept.attributes.size());
-  select_near(device, view, source, chunk, map,
+  select_near(filling.device, view, source, chunk, map,
               {.radius = true, .velocity = filling.params.motion, .attributes = true},
               [&](const ParticleChunk& now, const std::vector<cl_uint>& places) {
                 for (const cl_uint place : places) {
@@ -232,16 +245,7 @@ Particles keep_near(const Filling& filling, const ParticleSource& source, const 
               });
   report(source.team(), velocities, filling.params, filling.notices);
   report(source.team(), source.attributes(), values, filling.params, filling.notices);
-  for (std::vector<float>* values : arrays_of(kept)) {
-    std::vector<float> all;
-    source.team().gather(std::move(*values), [&](int rank, std::vector<float>&& some) {
-      if (rank == 0)
-        all = std::move(some);
-      else
-        all.insert(all.end(), some.begin(), some.end());
-    });
-    *values = std::move(all);
-  }
+  for (std::vector<float>* array : arrays_of(kept)) gather(source.team(), *array);
   filling.clock.stop();
   return kept;
 }

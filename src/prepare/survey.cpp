@@ -113,67 +113,75 @@ struct RunsFound {
   std::vector<std::array<float, 3>> sample;
 };
 
+void widen(Found& found, std::size_t axis, float low, float high) {
+  found.low[axis] = std::min(found.low[axis], low);
+  found.high[axis] = std::max(found.high[axis], high);
+}
+
+// The bounds of a run whose coordinates are all finite; else nothing is found and it says so.
+// Straight loops over whole numbers, which the compiler turns into vectors.
+bool find_bounds(const ParticleChunk& chunk, std::size_t begin, std::size_t end, Found& found) {
+  const std::vector<float>* const axes[3] = {&chunk.x, &chunk.y, &chunk.z};
+  bool good = true;
+  std::array<std::int32_t, 3> least{}, largest{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    const float* const values = axes[a]->data();
+    std::int32_t bad = 0, lower = INT32_MAX, upper = INT32_MIN;
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::int32_t key = ordered(values[i]);
+      bad |= (std::bit_cast<std::int32_t>(values[i]) & 0x7f800000) == 0x7f800000;
+      lower = key < lower ? key : lower;
+      upper = key > upper ? key : upper;
+    }
+    good = good && bad == 0;
+    least[a] = lower;
+    largest[a] = upper;
+  }
+  if (good)
+    for (std::size_t a = 0; a < 3; ++a)
+      widen(found, a, from_ordered(least[a]), from_ordered(largest[a]));
+  return good;
+}
+
+// A particle with a radius of its own, or in a run with one that is not finite.
+void look_at_one(const ParticleChunk& chunk, std::size_t i, bool bounded, std::uint32_t most,
+                 RunsFound& part) {
+  Found& found = part.found;
+  const float at[3] = {chunk.x[i], chunk.y[i], chunk.z[i]};
+  const std::int64_t particle = chunk.first + static_cast<std::int64_t>(i);
+  const float* const radius = chunk.radius.empty() ? nullptr : &chunk.radius[i];
+  if (radius && (!(*radius > 0) || !std::isfinite(*radius)) &&
+      found.first_bad_radius == kNoParticle) {
+    found.first_bad_radius = particle;
+    found.bad_radius = *radius;
+  }
+  if (!bounded && !finite(at[0], at[1], at[2])) {
+    found.first_bad = std::min(found.first_bad, particle);
+    return;
+  }
+  if (!bounded)
+    for (std::size_t a = 0; a < 3; ++a) widen(found, a, at[a], at[a]);
+  ++found.finite;
+  if (radius) {
+    found.least_radius = std::min(found.least_radius, *radius);
+    found.largest_radius = std::max(found.largest_radius, *radius);
+  }
+  if (position_hash(at[0], at[1], at[2]) <= most) part.sample.push_back({at[0], at[1], at[2]});
+}
+
 RunsFound look_at(const ParticleChunk& chunk, std::size_t first, std::size_t last,
                   std::uint32_t most) {
   RunsFound part;
-  Found& found = part.found;
   for (std::size_t begin = first; begin < last; begin += kRun) {
     const std::size_t end = std::min(begin + kRun, last);
-    // Straight loops over whole numbers, which the compiler turns into vectors; a run with a bad
-    // particle is rare.
-    const std::vector<float>* const axes[3] = {&chunk.x, &chunk.y, &chunk.z};
-    bool good = true;
-    std::array<std::int32_t, 3> least{}, largest{};
-    for (std::size_t a = 0; a < 3; ++a) {
-      const float* const values = axes[a]->data();
-      std::int32_t bad = 0, lower = INT32_MAX, upper = INT32_MIN;
-      for (std::size_t i = begin; i < end; ++i) {
-        const std::int32_t key = ordered(values[i]);
-        bad |= (std::bit_cast<std::int32_t>(values[i]) & 0x7f800000) == 0x7f800000;
-        lower = key < lower ? key : lower;
-        upper = key > upper ? key : upper;
-      }
-      good = good && bad == 0;
-      least[a] = lower;
-      largest[a] = upper;
-    }
-    if (good)
-      for (std::size_t a = 0; a < 3; ++a) {
-        found.low[a] = std::min(found.low[a], from_ordered(least[a]));
-        found.high[a] = std::max(found.high[a], from_ordered(largest[a]));
-      }
-    if (good && chunk.radius.empty()) {
-      found.finite += static_cast<std::int64_t>(end - begin);
-      for (std::size_t from = begin; from < end; from += kFew)
-        add_sample(chunk, from, std::min(from + kFew, end), most, part.sample);
+    const bool bounded = find_bounds(chunk, begin, end, part.found);
+    if (!bounded || !chunk.radius.empty()) {
+      for (std::size_t i = begin; i < end; ++i) look_at_one(chunk, i, bounded, most, part);
       continue;
     }
-    for (std::size_t i = begin; i < end; ++i) {
-      const float x = chunk.x[i], y = chunk.y[i], z = chunk.z[i];
-      const std::int64_t particle = chunk.first + static_cast<std::int64_t>(i);
-      if (!chunk.radius.empty()) {
-        const float own = chunk.radius[i];
-        if ((!(own > 0) || !std::isfinite(own)) && found.first_bad_radius == kNoParticle) {
-          found.first_bad_radius = particle;
-          found.bad_radius = own;
-        }
-      }
-      if (!good && !finite(x, y, z)) {
-        found.first_bad = std::min(found.first_bad, particle);
-        continue;
-      }
-      if (!good)
-        for (std::size_t a = 0; a < 3; ++a) {
-          found.low[a] = std::min(found.low[a], (*axes[a])[i]);
-          found.high[a] = std::max(found.high[a], (*axes[a])[i]);
-        }
-      ++found.finite;
-      if (!chunk.radius.empty()) {
-        found.least_radius = std::min(found.least_radius, chunk.radius[i]);
-        found.largest_radius = std::max(found.largest_radius, chunk.radius[i]);
-      }
-      if (position_hash(x, y, z) <= most) part.sample.push_back({x, y, z});
-    }
+    part.found.finite += static_cast<std::int64_t>(end - begin);
+    for (std::size_t from = begin; from < end; from += kFew)
+      add_sample(chunk, from, std::min(from + kFew, end), most, part.sample);
   }
   return part;
 }

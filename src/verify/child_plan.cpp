@@ -7,6 +7,13 @@ namespace meniscus::verify {
 
 using Json = nlohmann::json;
 
+// A plan as JSON and back, member by member.
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Request, selector, full, kernels, repeat, reproducers, program,
+                                   manifest, seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Ended, kernel, launch, how)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ChildPlan, device, from, waits, without,
+                                   without_where_not_required, ended, output, request)
+
 void say(const Json& line) {
   const std::string text = line.dump(-1, ' ', false, Json::error_handler_t::replace);
   std::printf("\n%s%s\n", kMark.data(), text.c_str());
@@ -14,42 +21,9 @@ void say(const Json& line) {
 }
 
 std::string to_text(const ChildPlan& plan) {
-  Json ended = Json::array();
-  for (const Ended& one : plan.ended) ended.push_back({one.kernel, one.launch, one.how});
-  const Request& request = plan.request;
-  return Json{{"device", plan.device},
-              {"from", plan.from},
-              {"waits", plan.waits},
-              {"without", plan.without},
-              {"without_where_not_required", plan.without_where_not_required},
-              {"ended", ended},
-              {"output", plan.output},
-              {"full", request.full},
-              {"kernels", request.kernels},
-              {"repeat", request.repeat},
-              {"reproducers", request.reproducers},
-              {"program", request.program},
-              {"manifest", request.manifest}}
-      .dump(-1, ' ', false, Json::error_handler_t::replace);
+  return Json(plan).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-ChildPlan plan_of(const std::string& text) {
-  const Json json = Json::parse(text);
-  ChildPlan plan;
-  plan.device = json.at("device");
-  plan.from = json.at("from");
-  plan.waits = json.at("waits");
-  plan.without = json.at("without");
-  plan.without_where_not_required = json.at("without_where_not_required");
-  for (const Json& one : json.at("ended")) plan.ended.push_back({one.at(0), one.at(1), one.at(2)});
-  plan.output = json.at("output");
-  plan.request.full = json.at("full");
-  plan.request.kernels = json.at("kernels");
-  plan.request.repeat = json.at("repeat");
-  plan.request.reproducers = json.at("reproducers");
-  plan.request.program = json.at("program");
-  plan.request.manifest = json.at("manifest");
-  return plan;
-}
+ChildPlan plan_of(const std::string& text) { return Json::parse(text).get<ChildPlan>(); }
 
 }  // namespace meniscus::verify

@@ -58,6 +58,60 @@ void add_whitewater(const WhitewaterInput& asked, bool skip_missing, std::vector
   warnings.push_back(what + ", and the water made without");
 }
 
+using Existing = std::map<std::int64_t, FramePattern::Found>;
+
+// Frames of `where` that are not there: an error, or a warning where they may be skipped.
+void miss(const SequenceRequest& request, const std::string& where,
+          const std::vector<std::int64_t>& frames, Plan& plan) {
+  if (frames.empty()) return;
+  const std::string what = where + ": " + named_frames(frames) + " missing";
+  if (!request.skip_missing) throw InputError(what + " (give --missing skip to go on without)");
+  plan.warnings.push_back(what + " and skipped");
+}
+
+// All frames that exist; those between them that do not are missing, which is no error.
+std::vector<std::int64_t> all_frames(const SequenceRequest& request, const Existing& existing,
+                                     Plan& plan) {
+  std::vector<std::int64_t> wanted;
+  for (const auto& [frame, file] : existing) wanted.push_back(frame);
+  const std::vector<std::int64_t> all = whole_range(wanted);
+  std::set_difference(all.begin(), all.end(), wanted.begin(), wanted.end(),
+                      std::back_inserter(plan.missing));
+  if (!plan.missing.empty())
+    plan.warnings.push_back(request.input.text() + ": " + named_frames(plan.missing) +
+                            (plan.missing.size() == 1 ? " is" : " are") + " missing");
+  return wanted;
+}
+
+// The frames of a list that exist.
+std::vector<std::int64_t> listed_ones(const SequenceRequest& request, const Existing& existing,
+                                      Plan& plan) {
+  const std::int64_t last = existing.rbegin()->first;
+  std::vector<std::int64_t> wanted, beyond;
+  for (const std::int64_t frame : parse_frames(request.frames))
+    (existing.contains(frame) ? wanted : frame > last ? beyond : plan.missing).push_back(frame);
+  const std::string end = "the sequence ends with frame " + std::to_string(last);
+  if (wanted.empty() && plan.missing.empty() && !request.skip_missing)
+    throw InputError(request.input.text() + ": none of " + named_frames(beyond) + " is there, " +
+                     end + " (give --missing skip to do nothing then)");
+  if (!beyond.empty())
+    plan.warnings.push_back(request.input.text() + ": " + named_frames(beyond) +
+                            " left out: " + end);
+  miss(request, request.input.text(), plan.missing, plan);
+  return wanted;
+}
+
+// Leaves out the frames that have no camera.
+void leave_out_blind(const SequenceRequest& request, const CameraTrack& cameras,
+                     std::vector<std::int64_t>& wanted, Plan& plan) {
+  std::vector<std::int64_t> blind;
+  for (const std::int64_t frame : wanted)
+    if (!cameras.has(frame)) blind.push_back(frame);
+  miss(request, cameras.origin(), blind, plan);
+  std::erase_if(wanted, [&](std::int64_t frame) { return !cameras.has(frame); });
+  plan.missing.insert(plan.missing.end(), blind.begin(), blind.end());
+}
+
 }  // namespace
 
 std::string listed_frames(const std::vector<std::int64_t>& frames) {
@@ -82,45 +136,9 @@ Plan plan_sequence(const SequenceRequest& request, const CameraTrack* cameras) {
   if (existing.empty()) throw InputError(request.input.absence());
   Plan plan;
   for (const auto& [frame, file] : existing) plan.inputs.push_back(file.path);
-
-  std::vector<std::int64_t> wanted, gaps;
-  if (request.frames.empty()) {
-    for (const auto& [frame, file] : existing) wanted.push_back(frame);
-    const std::vector<std::int64_t> all = whole_range(wanted);
-    std::set_difference(all.begin(), all.end(), wanted.begin(), wanted.end(),
-                        std::back_inserter(gaps));
-    if (!gaps.empty())
-      plan.warnings.push_back(request.input.text() + ": " + named_frames(gaps) +
-                              (gaps.size() == 1 ? " is" : " are") + " missing");
-  } else {
-    const std::int64_t last = existing.rbegin()->first;
-    std::vector<std::int64_t> beyond;
-    for (const std::int64_t frame : parse_frames(request.frames))
-      (existing.contains(frame) ? wanted : frame > last ? beyond : plan.missing).push_back(frame);
-    const std::string end = "the sequence ends with frame " + std::to_string(last);
-    if (wanted.empty() && plan.missing.empty() && !request.skip_missing)
-      throw InputError(request.input.text() + ": none of " + named_frames(beyond) + " is there, " +
-                       end + " (give --missing skip to do nothing then)");
-    if (!beyond.empty())
-      plan.warnings.push_back(request.input.text() + ": " + named_frames(beyond) +
-                              " left out: " + end);
-  }
-  const auto miss = [&](const std::string& where, const std::vector<std::int64_t>& frames) {
-    if (frames.empty()) return;
-    const std::string what = where + ": " + named_frames(frames) + " missing";
-    if (!request.skip_missing) throw InputError(what + " (give --missing skip to go on without)");
-    plan.warnings.push_back(what + " and skipped");
-  };
-  miss(request.input.text(), plan.missing);
-  plan.missing.insert(plan.missing.end(), gaps.begin(), gaps.end());
-  if (cameras) {
-    std::vector<std::int64_t> blind;
-    for (const std::int64_t frame : wanted)
-      if (!cameras->has(frame)) blind.push_back(frame);
-    miss(cameras->origin(), blind);
-    std::erase_if(wanted, [&](std::int64_t frame) { return !cameras->has(frame); });
-    plan.missing.insert(plan.missing.end(), blind.begin(), blind.end());
-  }
+  std::vector<std::int64_t> wanted = request.frames.empty() ? all_frames(request, existing, plan)
+                                                            : listed_ones(request, existing, plan);
+  if (cameras) leave_out_blind(request, *cameras, wanted, plan);
 
   std::vector<FramePattern> outputs;
   for (const std::string& output : request.outputs) outputs.push_back(pattern_of_output(output));
