@@ -202,76 +202,109 @@ void DamBreak::find_spacing(std::int64_t wanted) {
   spare_ = sites_ - wanted;
 }
 
-void DamBreak::emit(const std::function<void(std::span<const float>)>& take) const {
-  std::vector<float> block;
-  block.reserve(3 * kBlock);
-  std::int64_t made = 0, site = 0;
-  // Spare sites are spread evenly.
-  const auto is_spare = [&] {
-    const std::int64_t before = site * spare_ / sites_;
-    return ++site * spare_ / sites_ != before;
-  };
-  const auto put = [&](double x, double y, double z) {
-    block.push_back(static_cast<float>(x));
-    block.push_back(static_cast<float>(y));
-    block.push_back(static_cast<float>(z));
-    ++made;
-    if (block.size() < 3 * kBlock) return;
-    take(block);
-    block.clear();
-  };
-  // Six fields of ten bits: the sum of two is triangular on [-1, 1], whose deviation is 1/sqrt(6).
-  const double reach = noise_ * 2.449489742783178 * spacing_;
+// Makes the particles and hands them out.
+class DamBreak::Emission {
+ public:
+  Emission(const DamBreak& dam, const std::function<void(std::span<const float>)>& take)
+      : dam_(dam), take_(take) {
+    block_.reserve(3 * kBlock);
+  }
+
+  void run() {
+    emit_body();
+    emit_drops();
+    emit_spray();
+    if (!block_.empty()) take_(block_);
+  }
+
+ private:
   struct Noise {
     double x, y, z;
   };
-  const auto noise = [&] {
-    const std::uint64_t bits = mixed(seed_ ^ mixed(static_cast<std::uint64_t>(made)));
+
+  // Spare sites are spread evenly.
+  bool is_spare() {
+    const std::int64_t before = site_ * dam_.spare_ / dam_.sites_;
+    return ++site_ * dam_.spare_ / dam_.sites_ != before;
+  }
+
+  void put(double x, double y, double z) {
+    block_.push_back(static_cast<float>(x));
+    block_.push_back(static_cast<float>(y));
+    block_.push_back(static_cast<float>(z));
+    ++made_;
+    if (block_.size() < 3 * kBlock) return;
+    take_(block_);
+    block_.clear();
+  }
+
+  // Six fields of ten bits: the sum of two is triangular on [-1, 1], whose deviation is 1/sqrt(6).
+  Noise noise() const {
+    const double reach = dam_.noise_ * 2.449489742783178 * dam_.spacing_;
+    const std::uint64_t bits = mixed(dam_.seed_ ^ mixed(static_cast<std::uint64_t>(made_)));
     const auto field = [&](int k) { return static_cast<double>(bits >> (10 * k) & 1023); };
     const auto triangular = [&](int k) { return reach * ((field(k) + field(k + 1)) / 1023 - 1); };
-    return Noise{triangular(0), triangular(2), triangular(4)};
-  };
+    return {triangular(0), triangular(2), triangular(4)};
+  }
 
-  const std::int64_t nx = columns_along(kLength, spacing_), nz = columns_along(kWidth, spacing_);
-  const double nearby = spacing_ / 4;
-  for (std::int64_t i = 0; i < nx; ++i)
-    for (std::int64_t k = 0; k < nz; ++k) {
-      const Column c = column(i, k);
-      if (c.size() == 0) continue;
-      // A particle that is moved sideways follows the surface.
-      const double h = height(c.x, c.z);
-      const double slope_x = (height(c.x + nearby, c.z) - h) / nearby;
-      const double slope_z = (height(c.x, c.z + nearby) - h) / nearby;
-      for (std::int64_t layer = c.first; layer < c.layers; layer += 2) {
-        if (is_spare()) continue;
-        const Noise e = noise();
-        const double y = c.top - static_cast<double>(layer) * c.step;
-        const double share = y / std::max(c.top, 1e-9);  // the floor stays flat
-        put(c.x + e.x, y + e.y + share * (slope_x * e.x + slope_z * e.z), c.z + e.z);
+  void emit_body() {
+    const std::int64_t nx = columns_along(kLength, dam_.spacing_),
+                       nz = columns_along(kWidth, dam_.spacing_);
+    const double nearby = dam_.spacing_ / 4;
+    for (std::int64_t i = 0; i < nx; ++i)
+      for (std::int64_t k = 0; k < nz; ++k) {
+        const Column c = dam_.column(i, k);
+        if (c.size() == 0) continue;
+        // A particle that is moved sideways follows the surface.
+        const double h = dam_.height(c.x, c.z);
+        const double slope_x = (dam_.height(c.x + nearby, c.z) - h) / nearby;
+        const double slope_z = (dam_.height(c.x, c.z + nearby) - h) / nearby;
+        for (std::int64_t layer = c.first; layer < c.layers; layer += 2) {
+          if (is_spare()) continue;
+          const Noise e = noise();
+          const double y = c.top - static_cast<double>(layer) * c.step;
+          const double share = y / std::max(c.top, 1e-9);  // the floor stays flat
+          put(c.x + e.x, y + e.y + share * (slope_x * e.x + slope_z * e.z), c.z + e.z);
+        }
       }
+  }
+
+  void emit_drops() {
+    for (const Drop& drop : dam_.drops_) {
+      if (drop.radius < dam_.spacing_ / 2) continue;
+      visit_drop(drop.radius, dam_.spacing_, [&](double x, double y, double z) {
+        if (is_spare()) return;
+        const Noise e = noise();
+        put(drop.centre[0] + x + e.x, drop.centre[1] + y + e.y, drop.centre[2] + z + e.z);
+      });
     }
-  for (const Drop& drop : drops_) {
-    if (drop.radius < spacing_ / 2) continue;
-    visit_drop(drop.radius, spacing_, [&](double x, double y, double z) {
-      if (is_spare()) return;
-      const Noise e = noise();
-      put(drop.centre[0] + x + e.x, drop.centre[1] + y + e.y, drop.centre[2] + z + e.z);
-    });
   }
-  // The spray: lone particles in the air above the tongue, apart from the water and the drops.
-  Random random(seed_ ^ 0x5ca1ab1eu);
-  while (made < size_) {
-    const double q = random.uniform(), z = random.uniform(0, kWidth), up = random.uniform();
-    const double x = 1.2 + 1.8 * q;
-    const double y = height(x, z) + 2 * spacing_ + 0.6 * up * up * (0.2 + 3.2 * q * (1 - q));
-    const bool apart = std::all_of(drops_.begin(), drops_.end(), [&](const Drop& drop) {
-      const double dx = x - drop.centre[0], dy = y - drop.centre[1], dz = z - drop.centre[2];
-      const double least = drop.radius + spacing_;
-      return dx * dx + dy * dy + dz * dz > least * least;
-    });
-    if (apart) put(x, y, z);
+
+  // Lone particles in the air above the tongue, apart from the water and the drops.
+  void emit_spray() {
+    Random random(dam_.seed_ ^ 0x5ca1ab1eu);
+    while (made_ < dam_.size_) {
+      const double q = random.uniform(), z = random.uniform(0, kWidth), up = random.uniform();
+      const double x = 1.2 + 1.8 * q;
+      const double y =
+          dam_.height(x, z) + 2 * dam_.spacing_ + 0.6 * up * up * (0.2 + 3.2 * q * (1 - q));
+      const bool apart = std::all_of(dam_.drops_.begin(), dam_.drops_.end(), [&](const Drop& drop) {
+        const double dx = x - drop.centre[0], dy = y - drop.centre[1], dz = z - drop.centre[2];
+        const double least = drop.radius + dam_.spacing_;
+        return dx * dx + dy * dy + dz * dz > least * least;
+      });
+      if (apart) put(x, y, z);
+    }
   }
-  if (!block.empty()) take(block);
+
+  const DamBreak& dam_;
+  const std::function<void(std::span<const float>)>& take_;
+  std::vector<float> block_;
+  std::int64_t made_ = 0, site_ = 0;
+};
+
+void DamBreak::emit(const std::function<void(std::span<const float>)>& take) const {
+  Emission(*this, take).run();
 }
 
 Particles DamBreak::particles() const {

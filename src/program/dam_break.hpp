@@ -56,6 +56,7 @@ class DamBreak {
     double kx, kz, phase, height;  // turns per unit, turns, units
   };
   struct Column;
+  class Emission;
   Column column(std::int64_t i, std::int64_t k) const;
   std::int64_t count_at(double spacing);
   void find_spacing(std::int64_t wanted);
