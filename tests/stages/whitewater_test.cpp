@@ -12,7 +12,7 @@
 #include "meniscus/camera.hpp"
 #include "same_bits.hpp"
 #include "stages/stage_test_support.hpp"
-#include "verify/reference/whitewater.hpp"
+#include "verify/references/whitewater.hpp"
 
 namespace meniscus {
 namespace {
@@ -117,36 +117,19 @@ void expect_as_plain_loop(Device& device, const Camera& camera, WhitewaterType t
   const auto expected = reference::whitewater(camera, kRadius, view.near_depth, scene.drops, from,
                                               to, bubbles ? 1 : 0);
   std::size_t unsure = 0, covered = 0, empty = 0, depths = 0;
+  verify::WhitewaterErrors errors;
   for (std::size_t s = 0; s < expected.size(); ++s) {
     const reference::WhitewaterPixel& e = expected[s];
-    SCOPED_TRACE(testing::Message() << to_string(type) << ", pixel " << s);
     if (!e.sure) {
       ++unsure;
       continue;
     }
     ++(e.density > 0 ? covered : empty);
-    EXPECT_NEAR(maps.density[s], e.density, e.density_error + kEpsilon * e.density);
-    EXPECT_NEAR(maps.coverage[s], 1 - e.left, e.coverage_error + kEpsilon);
-    if (e.depth_is_sure()) {
-      ++depths;
-      if (std::isinf(e.depth))
-        EXPECT_TRUE(std::isinf(maps.depth[s]));
-      else
-        EXPECT_NEAR(maps.depth[s], e.depth * kRadius,
-                    (e.depth_error + kEpsilon * e.depth) * kRadius);
-    }
-    if (!(e.density > 4 * e.density_error)) continue;
-    const auto mean_error = [&](double mean, double error) {
-      return (error + mean * e.density_error) / (0.75 * e.density) + kEpsilon * mean;
-    };
-    const Vec3d mean = e.velocity / e.density;
-    EXPECT_NEAR(length(Vec3d(maps.velocity[s]) - mean), 0,
-                mean_error(length(mean), e.velocity_error));
-    if (bubbles) {
-      EXPECT_NEAR(maps.behind[s], e.behind / e.density * kRadius,
-                  mean_error(e.behind / e.density, e.behind_error) * kRadius);
-    }
+    depths += e.depth_is_sure();
+    errors.see(maps, s, e, kRadius);
   }
+  SCOPED_TRACE(to_string(type));
+  expect_within(errors.all());
   EXPECT_LT(unsure, expected.size() / 100);
   EXPECT_GT(covered, expected.size() / 5);
   EXPECT_GT(empty, 0u);

@@ -1,11 +1,9 @@
 // draw_whitewater: discs of many sizes, before, on and behind a stepped front, some out of view,
 // some larger than the screen.
-#include "stages/whitewater.hpp"
+#include "verify/references/whitewater.hpp"
 
-#include "verify/reference/whitewater.hpp"
-#include "verify/references/cases.hpp"
+#include "stages/whitewater.hpp"
 #include "verify/references/inputs.hpp"
-#include "verify/references/worst.hpp"
 
 namespace meniscus::verify {
 namespace {
@@ -48,10 +46,27 @@ WhitewaterParticles upload_drops(Device& device, const std::vector<reference::Dr
 
 }  // namespace
 
+void WhitewaterErrors::see(const WhitewaterMaps& maps, std::size_t s,
+                           const reference::WhitewaterPixel& e, double radius) {
+  density.see(maps.density[s], e.density, e.density_error + kEpsilon * e.density, 1);
+  coverage.see(maps.coverage[s], 1 - e.left, e.coverage_error + kEpsilon, 1);
+  if (e.depth_is_sure())
+    depth.see(maps.depth[s], e.depth * radius, (e.depth_error + kEpsilon * e.depth) * radius);
+  if (!(e.density > 4 * e.density_error)) return;
+  // A quotient's error: those of both, over a divisor that may be a quarter too large.
+  const auto mean_error = [&](double mean, double error) {
+    return (error + mean * e.density_error) / (0.75 * e.density) + kEpsilon * mean;
+  };
+  const Vec3d mean = e.velocity / e.density;
+  velocity.see(length(Vec3d(maps.velocity[s]) - mean), 0,
+               mean_error(length(mean), e.velocity_error), 1);
+  if (maps.type == WhitewaterType::bubble)
+    behind.see(maps.behind[s], e.behind / e.density * radius,
+               mean_error(e.behind / e.density, e.behind_error) * radius, 1);
+}
+
 ReferenceErrors whitewater_case(Device& device, int size) {
-  Worst density("draw_whitewater", "density"), coverage("draw_whitewater", "coverage"),
-      depth("draw_whitewater", "depth"), velocity("draw_whitewater", "velocity"),
-      behind("draw_whitewater", "behind");
+  WhitewaterErrors errors;
   for (const Camera& camera : {perspective_camera(53, 41), orthographic_camera(45, 31)}) {
     const View view = make_view(camera, kRadius, {0.5, -0.25, 0.125});
     const std::vector<float> front = [&] {
@@ -74,29 +89,11 @@ ReferenceErrors whitewater_case(Device& device, int size) {
       draw_whitewater(device, view, upload_drops(device, drops), drops.size(),
                       shown_depths(device, view, type, front, {}, kTolerance), sums);
       const WhitewaterMaps maps = finish_whitewater(device, view, type, sums);
-      for (std::size_t s = 0; s < expected.size(); ++s) {
-        const reference::WhitewaterPixel& e = expected[s];
-        if (!e.sure) continue;
-        density.see(maps.density[s], e.density, e.density_error + kEpsilon * e.density, 1);
-        coverage.see(maps.coverage[s], 1 - e.left, e.coverage_error + kEpsilon, 1);
-        if (e.depth_is_sure())
-          depth.see(maps.depth[s], e.depth * kRadius,
-                    (e.depth_error + kEpsilon * e.depth) * kRadius);
-        if (!(e.density > 4 * e.density_error)) continue;
-        // A quotient's error: those of both, over a divisor that may be a quarter too large.
-        const auto mean_error = [&](double mean, double error) {
-          return (error + mean * e.density_error) / (0.75 * e.density) + kEpsilon * mean;
-        };
-        const Vec3d mean = e.velocity / e.density;
-        velocity.see(length(Vec3d(maps.velocity[s]) - mean), 0,
-                     mean_error(length(mean), e.velocity_error), 1);
-        if (bubbles)
-          behind.see(maps.behind[s], e.behind / e.density * kRadius,
-                     mean_error(e.behind / e.density, e.behind_error) * kRadius, 1);
-      }
+      for (std::size_t s = 0; s < expected.size(); ++s)
+        if (expected[s].sure) errors.see(maps, s, expected[s], kRadius);
     }
   }
-  return {density.error(), coverage.error(), depth.error(), velocity.error(), behind.error()};
+  return errors.all();
 }
 
 }  // namespace meniscus::verify
