@@ -9,6 +9,7 @@
 #include "accuracy/error_map.hpp"
 #include "accuracy/results.hpp"
 #include "accuracy/series.hpp"
+#include "base/comma_separated.hpp"
 #include "meniscus/device.hpp"
 
 namespace meniscus::accuracy {
@@ -130,18 +131,6 @@ void measure_setting(const std::vector<Contender>& contenders, const CommonOptio
   }
 }
 
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
-
-std::vector<std::string> words_of(const std::vector<std::uint64_t>& numbers) {
-  std::vector<std::string> words;
-  for (const std::uint64_t number : numbers) words.push_back(std::to_string(number));
-  return words;
-}
-
 nlohmann::json document_of(const Gathered& gathered, const CommonOptions& common,
                            const ScenesOptions& options, const std::string& device) {
   nlohmann::json document{{"version", version()},
@@ -167,13 +156,15 @@ Report report_of(Gathered gathered, const CommonOptions& common, const ScenesOpt
       "Analytic solids, filled with particles, extracted by each method and compared with the "
       "truth, which comes from ray casting the solid. Lengths are in s, the particle spacing: two "
       "particle radii. The best value of a line is bold; a dash: nothing to measure.";
-  report.facts = {{"version", version()},
-                  {"device", device},
-                  {"seeds", joined(words_of(seeds_named(options.seeds)))},
-                  {"noise", shown(Quantity{"", "s", 2, Better::low, ""}, options.setup.noise) +
-                                " s in each coordinate, unless "
-                                "the series says otherwise"}};
-  if (!common.settings.empty()) report.facts.emplace_back("set", joined(common.settings));
+  report.facts = {
+      {"version", version()},
+      {"device", device},
+      {"seeds", comma_separated(seeds_named(options.seeds),
+                                [](std::uint64_t seed) { return std::to_string(seed); })},
+      {"noise", shown(Quantity{"", "s", 2, Better::low, ""}, options.setup.noise) +
+                    " s in each coordinate, unless "
+                    "the series says otherwise"}};
+  if (!common.settings.empty()) report.facts.emplace_back("set", comma_separated(common.settings));
   add_tables(gathered.rows, report);
   Gallery& gallery = gathered.gallery;
   if (!gallery.rows.empty()) {

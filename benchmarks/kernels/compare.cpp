@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "base/comma_separated.hpp"
 #include "base/grouped.hpp"
 
 namespace meniscus::bench {
@@ -118,9 +119,7 @@ std::string sizes_of(const BenchRun& run) {
                                "x" + std::to_string(r.height);
       if (std::find(sizes.begin(), sizes.end(), size) == sizes.end()) sizes.push_back(size);
     }
-  std::string text;
-  for (const std::string& size : sizes) text += (text.empty() ? "" : ", ") + size;
-  return text.empty() ? "none" : text;
+  return sizes.empty() ? "none" : comma_separated(sizes);
 }
 
 std::string title_of(const Session& session) {

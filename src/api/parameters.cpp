@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "api/parameter_list.hpp"
+#include "base/comma_separated.hpp"
 #include "base/printed.hpp"
 #include "meniscus/error.hpp"
 
@@ -99,15 +100,12 @@ bool draws_spheres(Method method) {
 }
 
 Method method_named(const std::string& name) {
-  std::string names;
-  for (const MethodEntry& entry : method_list()) {
+  for (const MethodEntry& entry : method_list())
     if (entry.name == name) return entry.method;
-    names += (names.empty() ? "" : ", ") + entry.name;
-  }
-  throw InvalidArgument(
-      Notice{.code = Code::unknown_method,
-             .text = setting("method") + " is " + name + ", must be one of " + names,
-             .subject = name});
+  throw InvalidArgument(Notice{.code = Code::unknown_method,
+                               .text = setting("method") + " is " + name + ", must be one of " +
+                                       comma_separated(method_list(), &MethodEntry::name),
+                               .subject = name});
 }
 
 Aovs aovs_named(const std::string& list) {

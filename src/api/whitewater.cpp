@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "api/host_threads.hpp"
+#include "base/comma_separated.hpp"
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
 #include "base/rounded_up.hpp"
@@ -73,10 +74,8 @@ std::optional<std::size_t> place_of_attribute(const WhitewaterSource& source) {
   const std::vector<std::string> names = source.particles->attributes();
   const auto found = std::find(names.begin(), names.end(), source.attribute);
   if (found != names.end()) return static_cast<std::size_t>(found - names.begin());
-  std::string all;
-  for (const std::string& name : names) all += (all.empty() ? "" : ", ") + name;
   throw InputError("has no attribute " + source.attribute + " of its particles" +
-                   (all.empty() ? std::string() : ", but " + all));
+                   (names.empty() ? std::string() : ", but " + comma_separated(names)));
 }
 
 // One type's particles on their way to the device, a chunk at a time.

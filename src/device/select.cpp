@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "base/comma_separated.hpp"
 #include "base/grouped.hpp"
 #include "device/host_signals.hpp"
 #include "device/installation.hpp"
@@ -143,11 +144,10 @@ std::string listed(const std::vector<std::string>& problems) {
 }
 
 std::string names(const std::vector<DeviceInfo>& devices) {
-  std::string text;
-  for (const DeviceInfo& device : devices)
-    text += (text.empty() ? "" : ", ") + std::to_string(device.index) + " \"" + device.name + "\"" +
-            (device.usable ? "" : " (" + device.problem + ")");
-  return text.empty() ? "none" : text;
+  return devices.empty() ? "none" : comma_separated(devices, [](const DeviceInfo& device) {
+    return std::to_string(device.index) + " \"" + device.name + "\"" +
+           (device.usable ? "" : " (" + device.problem + ")");
+  });
 }
 
 // All devices; `problems` receives those of platforms.

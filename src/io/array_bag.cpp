@@ -4,6 +4,8 @@
 #include <optional>
 #include <utility>
 
+#include "base/comma_separated.hpp"
+
 namespace meniscus {
 namespace {
 
@@ -46,11 +48,9 @@ void refuse_shape(const Bytes& file, const std::string& place, const std::string
   const bool deep = std::any_of(shape.begin() + 1, shape.end() - 1,
                                 [](std::uint64_t length) { return length != 1; });
   if (!transposed && !deep) return;
-  std::string found;
-  for (const std::uint64_t length : shape)
-    found += (found.empty() ? "" : ", ") + std::to_string(length);
+  const auto text_of = [](std::uint64_t length) { return std::to_string(length); };
   fail(file, place,
-       "has shape (" + found + "), wanted (n, 3)" +
+       "has shape (" + comma_separated(shape, text_of) + "), wanted (n, 3)" +
            (transposed ? ": transposed?" : " (give each frame a file of its own)"));
 }
 

@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "base/comma_separated.hpp"
 #include "io/input_file.hpp"
 #include "io/readers.hpp"
 #include "meniscus/io.hpp"
@@ -87,16 +88,14 @@ const Format& format_of(const std::string& path) {
     throw InputError(
         "-: particles are not read from standard input, because large files are read several times "
         "(write them to a file, e.g. frame.ply)");
-  std::string known;
-  for (const Format& format : kFormats) {
+  for (const Format& format : kFormats)
     if (name.ends_with(format.ending)) return format;
-    known += std::string(known.empty() ? "" : ", ") + format.ending;
-  }
   if (name.ends_with(".vdb"))
     throw InputError(path +
                      ": this build reads no OpenVDB (build Meniscus with -DMENISCUS_OPENVDB=ON, or "
                      "write the points as .bgeo, .ply or .npy)");
-  const std::string wanted = ", the name must end in one of " + known;
+  const std::string wanted =
+      ", the name must end in one of " + comma_separated(kFormats, &Format::ending);
   for (const Unread& unread : kUnread)
     if (name.ends_with(unread.ending))
       throw InputError(path + ": " + unread.what + " is not read" + wanted + " (" + unread.instead +

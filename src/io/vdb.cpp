@@ -14,6 +14,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "base/comma_separated.hpp"
 #include "base/printable.hpp"
 #include "io/array_bag.hpp"
 #include "io/attribute_names.hpp"
@@ -100,11 +101,9 @@ void each_value(const AttributeArray& array, std::size_t component, Take take) {
 }
 
 std::string list_of(const std::vector<openvdb::GridBase::Ptr>& grids) {
-  std::string names;
-  for (const auto& grid : grids)
-    names += (names.empty() ? "" : ", ") + in_quotes(grid->getName()) + " (" +
-             shown(grid->valueType()) + ")";
-  return names.empty() ? "none" : names;
+  return grids.empty() ? "none" : comma_separated(grids, [](const auto& grid) {
+    return in_quotes(grid->getName()) + " (" + shown(grid->valueType()) + ")";
+  });
 }
 
 /// The grid of points that `dataset` names, or the only one.

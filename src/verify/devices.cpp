@@ -246,12 +246,7 @@ class DeviceRun {
   }
 
   void add_of_device(Result result, const std::string& reason) {
-    Row row;
-    row.group = "device";
-    row.kernel = "open";
-    row.result = result;
-    row.reason = reason;
-    add(std::move(row));
+    add({.group = "device", .kernel = "open", .result = result, .reason = reason});
   }
 
   const Watch& watch_;
@@ -298,15 +293,12 @@ void add_agreement(VerifyRun& run, const Program& program,
   });
   for (DeviceResults& device : run.devices) {
     if (!device.rows.empty()) continue;
-    Row row;
-    row.group = "program";
-    row.device = device.device.name;
-    row.kernel = program.kernel;
-    row.result = Result::skip;
-    row.reason =
-        "it ran, and there is nothing to compare with: give \"repeat\", \"expected\" or "
-        "another device";
-    device.rows.push_back(row);
+    device.rows.push_back({.group = "program",
+                           .device = device.device.name,
+                           .kernel = program.kernel,
+                           .result = Result::skip,
+                           .reason = "it ran, and there is nothing to compare with: give "
+                                     "\"repeat\", \"expected\" or another device"});
   }
 }
 

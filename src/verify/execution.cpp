@@ -370,7 +370,13 @@ std::size_t work_group_claimed(Device& device) { return most_items(device, "name
 void probe_execution(Device& device, const Tell& tell) {
   const auto ask = [&](const char* name, const std::string& variant, const std::string& size,
                        bool required, const char* section, const std::function<Finding()>& probe) {
-    tell_probe(probe_row("probe", name, variant, size, required, section), probe, tell);
+    tell_probe({.group = "probe",
+                .kernel = name,
+                .variant = variant,
+                .size = size,
+                .required = required,
+                .section = section},
+               probe, tell);
   };
   for (const int width : {1, 8}) {
     const std::string variant = "width " + std::to_string(width);

@@ -414,9 +414,12 @@ void probe_expressions(Device& device, const Tell& tell) {
         if (is_denormal(expression.expected(o))) o = operands.back();
     for (const int width : {1, 8}) {
       tell_probe(
-          probe_row("probe", expression.name, "width " + std::to_string(width),
-                    std::to_string(kValues) + " values", expression.need == Need::same_bits,
-                    expression.section),
+          {.group = "probe",
+           .kernel = expression.name,
+           .variant = "width " + std::to_string(width),
+           .size = std::to_string(kValues) + " values",
+           .required = expression.need == Need::same_bits,
+           .section = expression.section},
           [&] {
             const auto found = computed(device, expression, width, operands);
             Finding finding = expression.exact ? error_of(expression, operands, found)

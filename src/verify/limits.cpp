@@ -82,7 +82,12 @@ bool works(const std::function<bool()>& check) {
 
 Row row_of(const char* limit, const std::string& variant, const std::string& size,
            const char* section) {
-  return probe_row("limit", limit, variant, size, false, section);
+  return {.group = "limit",
+          .kernel = limit,
+          .variant = variant,
+          .size = size,
+          .required = false,
+          .section = section};
 }
 
 /// A limit that the device claims and how far it holds.

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "base/comma_separated.hpp"
 #include "base/grouped.hpp"
 #include "base/printed.hpp"
 #include "io/json_number.hpp"
@@ -35,12 +36,6 @@ constexpr std::array kTypes{
     BaseType{"int", Kind::integer, 4},    BaseType{"uint", Kind::unsigned_integer, 4},
     BaseType{"long", Kind::integer, 8},   BaseType{"ulong", Kind::unsigned_integer, 8},
     BaseType{"float", Kind::floating, 4}, BaseType{"double", Kind::floating, 8}};
-
-std::string joined_names(const auto& names) {
-  std::string text;
-  for (const auto& name : names) text += (text.empty() ? "" : ", ") + std::string(name);
-  return text;
-}
 
 // Reads one manifest. `place_` in messages: "argument 2 (sum)".
 class Reader {
@@ -109,7 +104,7 @@ class Reader {
     for (const auto& [key, value] : object.items())
       if (std::find(known.begin(), known.end(), key) == known.end())
         fail(file_, place_,
-             "unknown key " + in_quotes(key) + ", wanted one of " + joined_names(known));
+             "unknown key " + in_quotes(key) + ", wanted one of " + comma_separated(known));
   }
 
   std::string text(const Json& object, const char* key, bool required) const {
@@ -159,9 +154,9 @@ class Reader {
     constexpr std::array kWidths{"2", "3", "4", "8", "16"};
     if (base == kTypes.end() ||
         !(rest.empty() || std::find(kWidths.begin(), kWidths.end(), rest) != kWidths.end())) {
-      std::vector<std::string> names;
-      for (const BaseType& known : kTypes) names.push_back(known.name);
-      wrong("type", name, "one of " + joined_names(names) + ", or a vector of them such as float4");
+      wrong("type", name,
+            "one of " + comma_separated(kTypes, &BaseType::name) +
+                ", or a vector of them such as float4");
     }
     return {name, base->kind, base->bytes,
             rest.empty() ? 1 : static_cast<std::size_t>(std::stoi(rest))};
@@ -340,7 +335,8 @@ class Reader {
     std::vector<std::string> ways;
     for (const char* way : kWays)
       if (object.contains(way)) ways.push_back(way);
-    if (ways.size() > 1) fail(file_, place_, "has " + joined_names(ways) + ", wanted one of them");
+    if (ways.size() > 1)
+      fail(file_, place_, "has " + comma_separated(ways) + ", wanted one of them");
     const std::string way = ways.empty() ? "fill" : ways.front();
     if (object.contains("seed") && way != "random")
       fail(file_, place_, "seed: goes with \"random\" alone");

@@ -8,18 +8,6 @@
 
 namespace meniscus::verify {
 
-Row probe_row(const char* group, const std::string& name, const std::string& variant,
-              const std::string& size, bool required, const char* section) {
-  Row row;
-  row.group = group;
-  row.kernel = name;
-  row.variant = variant;
-  row.size = size;
-  row.required = required;
-  row.section = section;
-  return row;
-}
-
 void tell_probe(Row row, const std::function<Finding()>& probe, const Tell& tell) {
   const auto begin = std::chrono::steady_clock::now();
   Finding finding;

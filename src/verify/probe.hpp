@@ -19,10 +19,6 @@ inline Finding failed(std::string reason, double ulp = -1) {
 }
 inline Finding skipped(std::string reason) { return {Result::skip, std::move(reason), -1}; }
 
-/// The row of a probe before it ran.
-Row probe_row(const char* group, const std::string& name, const std::string& variant,
-              const std::string& size, bool required, const char* section);
-
 /// Runs a probe and tells its row, which says everything but the finding and the time. What the
 /// probe throws is its failure, not the caller's; what was skipped is not required.
 void tell_probe(Row row, const std::function<Finding()>& probe, const Tell& tell);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "base/comma_separated.hpp"
 #include "base/elapsed.hpp"
 #include "base/grouped.hpp"
 #include "base/printed.hpp"
@@ -51,9 +52,8 @@ std::string shown_bits(std::uint64_t bits, const ValueType& type) {
 
 std::string range_of(const Program& program) {
   const auto words = [](const std::vector<std::size_t>& sizes) {
-    std::string text;
-    for (const std::size_t size : sizes) text += (text.empty() ? "" : " x ") + grouped(size);
-    return text;
+    return comma_separated(
+        sizes, [](std::size_t size) { return grouped(size); }, " x ");
   };
   return words(program.range) + " work-items" +
          (program.group.empty() ? "" : " in groups of " + words(program.group));

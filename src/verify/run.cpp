@@ -178,18 +178,17 @@ void check_references(Device& device, const StageCase& stage, const Variant& var
         milliseconds_since(begin) / static_cast<double>(std::max<std::size_t>(1, errors.size()));
     for (const ReferenceError& error : errors) {
       if (!wanted(settings, error.kernel)) continue;
-      Row row;
-      row.group = "reference";
-      row.kernel = error.kernel;
-      row.variant = variant.name;
-      row.size = std::string(stage.stage) + ", size " + std::to_string(size) + ", " + error.output;
-      row.result = error.ulp <= error.allowed ? Result::pass : Result::fail;
-      row.ulp = error.ulp;
-      row.reason = std::string("stage ") + stage.stage + ": " + error_in_words(error.ulp) + " of " +
-                   error_in_words(error.allowed) + " allowed";
-      row.ms = ms;
-      row.required = required;
-      tell(std::move(row));
+      tell({.group = "reference",
+            .kernel = error.kernel,
+            .variant = variant.name,
+            .size =
+                std::string(stage.stage) + ", size " + std::to_string(size) + ", " + error.output,
+            .result = error.ulp <= error.allowed ? Result::pass : Result::fail,
+            .ulp = error.ulp,
+            .reason = std::string("stage ") + stage.stage + ": " + error_in_words(error.ulp) +
+                      " of " + error_in_words(error.allowed) + " allowed",
+            .ms = ms,
+            .required = required});
     }
   }
 }
@@ -276,15 +275,13 @@ std::vector<Item> items_of(const Settings& settings, int device_width) {
 }
 
 Row row_of(const Item& item, const std::string& kernel, Result result, const std::string& reason) {
-  Row row;
-  row.group = item.group;
-  row.kernel = kernel;
-  row.variant = item.variant;
-  row.size = item.size;
-  row.required = item.required;
-  row.result = result;
-  row.reason = reason;
-  return row;
+  return {.group = item.group,
+          .kernel = kernel,
+          .variant = item.variant,
+          .size = item.size,
+          .result = result,
+          .reason = reason,
+          .required = item.required};
 }
 
 void run_item(const Item& item, Device& device, const Tell& tell) {

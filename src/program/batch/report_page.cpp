@@ -5,6 +5,7 @@
 #include <map>
 #include <set>
 
+#include "base/comma_separated.hpp"
 #include "base/printed.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"
@@ -84,9 +85,7 @@ std::string all_of(const BatchReport& report, std::string FrameRecord::*entry) {
   std::set<std::string> words;
   for (const FrameHistory& f : report.frames)
     if (!(f.last.*entry).empty()) words.insert(f.last.*entry);
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
+  return comma_separated(words);
 }
 
 // --- the head -----------------------------------------------------------------------------------

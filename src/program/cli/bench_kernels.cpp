@@ -4,6 +4,7 @@
 #include <optional>
 #include <thread>
 
+#include "base/comma_separated.hpp"
 #include "base/grouped.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
@@ -34,9 +35,8 @@ bench::MeasureOptions measure_options(const BenchOptions& options) {
 
 // OpenCL runtimes read their number of threads once, so that another number needs another process.
 bench::Session measure_with_one_thread(const BenchOptions& options, const DeviceInfo& device) {
-  std::string particles;
-  for (const long long count : options.particles)
-    particles += (particles.empty() ? "" : ",") + std::to_string(count);
+  const std::string particles = comma_separated(
+      options.particles, [](long long count) { return std::to_string(count); }, ",");
   std::vector<std::string> words{
       "bench",
       "--threads",

@@ -8,6 +8,7 @@
 
 #include "api/framing.hpp"
 #include "api/parameter_list.hpp"
+#include "base/comma_separated.hpp"
 #include "base/printed.hpp"
 #include "io/output_file.hpp"
 #include "program/batch/camera_track.hpp"
@@ -42,14 +43,13 @@ template <class T>
 CLI::Option* add_choice(CLI::App& command, const std::string& name, T& value,
                         const Choices<T>& choices, const std::string& effect) {
   const auto set = [&value, choices, name](const std::string& text) {
-    std::string words;
-    for (const auto& [word, choice] : choices) {
+    for (const auto& [word, choice] : choices)
       if (text == word) {
         value = choice;
         return;
       }
-      words += (words.empty() ? "" : ", ") + word;
-    }
+    const std::string words =
+        comma_separated(choices, [](const auto& entry) { return entry.first; });
     if (name == "--compression" && (text == "dwaa" || text == "dwab"))
       throw usage_error("--compression " + text +
                         " is refused: it takes N.Y and P.Y for luminance and damages them; must "

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <filesystem>
 
+#include "base/comma_separated.hpp"
 #include "base/elapsed.hpp"
 #include "base/grouped.hpp"
 #include "frame/process.hpp"
@@ -83,9 +84,7 @@ void say_device(const Talk& say, const ExtractOptions& options, const FrameDevic
 void write_frame(const ExtractOptions& options, const Surface& surface, Working& working,
                  const Talk& say, std::vector<StageTime>& stages) {
   const auto start = std::chrono::steady_clock::now();
-  std::string names;
-  for (const std::string& path : options.outputs) names += (names.empty() ? "" : ", ") + path;
-  working.phase("writing " + names);
+  working.phase("writing " + comma_separated(options.outputs));
   WriteOptions how = options.writing;
   how.reached = [&](double share) { working.reached(share); };
   write_outputs(options.outputs, surface, options.parameters, how);

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "base/comma_separated.hpp"
 #include "device/stage_clock.hpp"
 #include "frame/process.hpp"
 
@@ -22,13 +23,12 @@ std::vector<std::pair<std::string, std::int64_t>> shown(const Counts& counts) {
 }  // namespace
 
 std::string counts_line(const Counts& counts) {
-  std::string line;
-  for (const auto& [name, count] : shown(counts)) {
+  return comma_separated(shown(counts), [](const auto& entry) {
+    const auto& [name, count] = entry;
     const bool is_plural = name.ends_with('s');  // "1 triangle", but "1 in view"
-    line += (line.empty() ? "" : ", ") + grouped(count) + " " +
-            (count == 1 && is_plural ? name.substr(0, name.size() - 1) : name);
-  }
-  return line;
+    return grouped(count) + " " +
+           (count == 1 && is_plural ? name.substr(0, name.size() - 1) : name);
+  });
 }
 
 void print_timings(const std::vector<StageTime>& stages, const Counts& counts) {
