@@ -60,7 +60,7 @@ class Column {
   bool wide_ = false;
 };
 
-/// One number for each particle that is carried to the surface, as Attribute.
+/// One number for each particle that is interpolated on the surface, as Attribute.
 struct BorrowedAttribute {
   std::string name;
   Column values;  // [n]; NaN: not known

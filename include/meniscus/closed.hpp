@@ -16,7 +16,7 @@ namespace meniscus MENISCUS_API {
 /// What ClosedParams::adaptive is for a mesh whose errors are those of the full one.
 inline constexpr double kAdaptive = 0.05;  // particle radii
 
-/// What a closed mesh is told beside Parameters.
+/// Parameters of closed meshes, beside Parameters.
 struct ClosedParams {
   double cell = 1;  // side of the cells that are contoured, particle radii, .1 to 4
   /// How far the mesh may be from the vertices of the full one, particle radii, up to 1; fewer

@@ -1,4 +1,4 @@
-// Everything a user can turn. Lengths are in particle radii (the particle spacing is two radii)
+// Everything a user can set. Lengths are in particle radii (the particle spacing is two radii)
 // unless the comment says otherwise; defaults are the design's.
 #pragma once
 
@@ -29,10 +29,10 @@ struct VisibleParams {
   double owned = 0.04;     // share of its own footprint that a visible particle must own
 };
 
-/// Which particles no sheet supports, drawn as blobs (paper, end of 3).
+/// Loose particles, drawn by a density field instead of fits (paper, end of 3).
 struct SplashParams {
-  double link = 3.2;  // particles nearer than this hang together
-  int pieces = 6;     // a connected piece of at most this many particles is splash
+  double link = 3.2;  // particles nearer than this are connected
+  int pieces = 6;     // a connected component of at most this many particles is splash
 };
 
 /// Delaunay on the screen and ghost triangles (paper 2.2).
@@ -57,7 +57,7 @@ struct FitParams {
   double least_support = .55;  // share of it that is left where one quadric cannot follow
   double normal_sigma = .45;   // normal difference that a fit crosses, unitless
   int passes = 3;              // fits of each particle, the later ones with robust weights
-  double off_surface = 1.4;    // distance of the off-surface rows
+  double off_surface = 1.4;    // distance of the off-surface points
   double ridge = 1e-3;         // on the quadratic terms, times the sum of weights
   double tau = 0.3;            // one-sided robust scale: points this far behind lose their weight
   double offset = 1;           // the surface lies this far outside the particle centres
@@ -79,13 +79,13 @@ struct RegionParams {
 struct BlendParams {
   double radius = 5;       // of a fit's weight; methods fit and groups: ends at .84
   double reach = 3;        // method paper: a billboard reaches this far beyond its group's radius
-  double d_max = 6;        // hits farther than this from the reference depth do not count
+  double d_max = 6;        // intersections farther than this from the reference depth do not count
   double same_low = 0.7;   // normals whose dot product is below this are another sheet
   double same_high = 0.9;  // ... and above this the same sheet
   double crease = 5;       // largest distance of two sheets that meet in a crease
 };
 
-/// What method paper is told where the paper's text is open (docs/method.md).
+/// Choices of method paper where the paper's text leaves them open (docs/method.md).
 struct PaperParams {
   double offset = 0;      // the surface lies this far outside the particle centres
   double b_least = 0.15;  // b of Eq. 7 over the group's radius where normals are at right angles
@@ -173,7 +173,7 @@ struct Aovs {
 /// Bodies of fluid along a ray that Parameters::layers can ask for, at most.
 inline constexpr int kMostLayers = 8;
 
-/// Everything that extract() is told. Messages call a number by its name on the command line:
+/// All parameters of extract(). Messages call a number by its name on the command line:
 /// fit.support is --support (`meniscus extract --help` has the list, with ranges).
 struct Parameters {
   Method method = Method::fit;
@@ -187,12 +187,12 @@ struct Parameters {
                                // 1 to kMostLayers; 0: the front alone. Methods fit and groups
   double thin = 4;             // pixels between particles; large frames whose particles lie closer
                                // than half of it are thinned to it. 0: never
-  double fairing = 1.2;        // how far normals are evened out along a sheet, the sigma of a
+  double fairing = 1.2;        // how far normals are smoothed along a sheet, the sigma of a
                                // Gaussian, particle radii; 0: not at all. Methods fit and groups
   double disorder = -1;  // how irregularly the particles lie, from 0, as SPH leaves them, over 1,
                          // one anywhere in each cube of a lattice, to 2, anywhere, as FLIP and MPM
-                         // leave them: by it they are evened out, and fitted more widely. -1: told
-                         // from the particles. Methods fit and groups
+                         // leave them: above 0 particles are relaxed, and supports of fits are
+                         // wider. -1: measured. Methods fit and groups
   VisibleParams visible;
   SplashParams splash;
   TriangleParams triangle;

@@ -36,7 +36,7 @@ struct Particles {
   std::vector<std::int64_t> id;         // [n] identity over time; optional
   double particle_radius = 0;           // world units, as the file states it; 0: the file does not
   double time = 0;                      // seconds, as the file states it; 0: the file does not
-  std::vector<Attribute> attributes{};  // what is carried to the surface; NaN: not known
+  std::vector<Attribute> attributes{};  // interpolated on the surface; NaN: not known
 
   std::size_t size() const { return x.size(); }
 };
@@ -70,7 +70,7 @@ struct ScreenMotion {
 struct Counts {
   std::int64_t particles = -1;        // with finite coordinates; of frames that stream: all
   std::int64_t in_view = -1;          // where `streamed`: those that the front is made of
-  std::int64_t splash = -1;           // particles that no sheet holds
+  std::int64_t splash = -1;           // particles in small connected components
   std::int64_t visible = -1;          // particles that own a share of the image
   std::int64_t triangles = -1;        // between visible particles, on the screen
   std::int64_t groups = -1;           // of merged particles
@@ -151,7 +151,7 @@ struct Surface {
                                         // surface
   std::vector<WhitewaterMaps> whitewater{};  // by type; empty unless asked for (whitewater.hpp)
   double disorder = 0;  // how irregularly the particles lay, as Parameters::disorder; 0 where the
-                        // method does not even them out
+                        // method does not relax them
 };
 
 }  // namespace MENISCUS_API
