@@ -127,6 +127,10 @@ def write_numpy(folder, data):
     arrays = dict(data, steps=np.arange(5), mass=np.float64(2))
     np.savez(f"{folder}/numpy_stored.npz", **arrays)
     np.savez_compressed(f"{folder}/numpy_deflated.npz", **arrays)
+    # Beside them what has no use and cannot be read.
+    np.savez_compressed(f"{folder}/numpy_beside.npz", **arrays, notes=np.array([{}, "a"], dtype=object),
+                        day=np.array(["2026-11-30"], dtype="M8[D]"), name="dam",
+                        heat=data["temperature"].astype(np.float16), grid=np.zeros((1, 1025, 1025), "i1"))
 
 
 def write_h5py(folder, data):
@@ -157,6 +161,30 @@ def write_h5py(folder, data):
     with h5py.File(f"{folder}/h5py_latest.h5", "w", libver="latest") as file:
         for name, values in data.items():
             file[name] = values
+    # Beside them what has no use and cannot be read.
+    with h5py.File(f"{folder}/h5py_beside.h5", "w") as file:
+        for name, values in data.items():
+            file[name] = values
+        file.create_dataset("grid", data=np.zeros((1, 70, 60), np.float32), compression="gzip")
+        file.create_dataset("later", (len(data["id"]), 3), np.float32)
+        file["heat"] = data["temperature"].astype(np.float16)
+        file["table"] = np.zeros(3, [("a", np.int32), ("b", np.float32)])
+
+
+def write_refused(folder, data):
+    """Files whose velocities are not to be taken for positions, and one that was not finished."""
+    folder = folder.rstrip("/") + "_refused"
+    os.makedirs(folder, exist_ok=True)
+    half = data["position"].astype(np.float16)
+    np.savez(f"{folder}/numpy_velocity.npz", velocity=data["velocity"])
+    with h5py.File(f"{folder}/h5py_half.h5", "w") as file:
+        file["position"], file["velocity"] = half, data["velocity"]
+    with h5py.File(f"{folder}/h5py_compound.h5", "w") as file:
+        file["particles"] = np.zeros(3, [("position", np.float32, 3)])
+        file["velocity"] = data["velocity"]
+    with h5py.File(f"{folder}/h5py_partly.h5", "w") as file:
+        position = file.create_dataset("position", data["position"].shape, np.float32, chunks=(10, 2))
+        position[:20] = data["position"][:20]
 
 
 def bi4(data, big=False, wide=False, double=False, walls=0):
@@ -333,9 +361,10 @@ def write_ffp3(folder, data):
 
 
 def write_lammps(folder, data):
-    def dump(path, columns, position, steps=(0,)):
+    def dump(path, columns, position, steps=(0,), before=""):
         with open(path, "w") as file:
             for step in steps:
+                file.write(before)
                 file.write(f"ITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n{len(data['id'])}\n")
                 file.write("ITEM: BOX BOUNDS pp pp pp\n" + "-2.0 2.0\n" * 3)
                 file.write(f"ITEM: ATOMS id type {columns} vx vy vz temperature "
@@ -351,6 +380,8 @@ def write_lammps(folder, data):
     dump(f"{folder}/lammps.lammpstrj", "x y z", p)
     dump(f"{folder}/lammps_scaled.dump", "xs ys zs", (p + 2) / 4)
     dump(f"{folder}/lammps_unwrapped.dump", "xu yu zu", p)
+    # As dump_modify units yes time yes has them.
+    dump(f"{folder}/lammps_timed.dump", "x y z", p, before="ITEM: UNITS\nlj\nITEM: TIME\n0.25\n")
     dump(f"{folder}/lammps_steps.lammpstrj", "x y z", p, steps=(1000, 0, 2000))
 
 
@@ -387,6 +418,7 @@ def main():
     write_meshio(folder, data)
     write_numpy(folder, data)
     write_h5py(folder, data)
+    write_refused(folder, data)
     for name, options in (("", {}), ("_big", {"big": True}), ("_wide", {"wide": True, "walls": 5}),
                           ("_double", {"double": True})):
         with open(f"{folder}/Part{name}_0001.bi4", "wb") as file:

@@ -44,7 +44,7 @@ void refuse_shape(const Bytes& file, const std::string& place, const std::string
   constexpr std::uint64_t kMostNumbers = 16;  // of a particle
   if (!is_position(name) || shape.size() < 2) return;
   const bool transposed =
-      shape.size() == 2 && (shape[0] == 2 || shape[0] == 3) && shape[1] > kMostNumbers;
+      shape.size() == 2 && shape[0] > 1 && shape[0] <= kMostNumbers && shape[1] > kMostNumbers;
   const bool deep = std::any_of(shape.begin() + 1, shape.end() - 1,
                                 [](std::uint64_t length) { return length != 1; });
   if (!transposed && !deep) return;
@@ -113,7 +113,10 @@ Positions find_positions(const Bytes& file, const std::vector<BagArray>& arrays,
   });
   if (named < arrays.size()) return {named, arrays[named].rows};
   if (const auto rows = rows_of_separate(file, arrays)) return {kSeparate, *rows};
-  const auto is_wide = [](const BagArray& a) { return a.data.components >= 3; };
+  const auto is_wide = [](const BagArray& a) {  // and of no use but that
+    return a.data.components >= 3 &&
+           field_of_attribute(a.data.name, a.data.components) == Field::none;
+  };
   if (std::count_if(arrays.begin(), arrays.end(), is_wide) != 1)
     fail(file, "",
          "no array is named as positions (give " + setting("dataset") + "), it has " +

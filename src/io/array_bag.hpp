@@ -15,7 +15,8 @@ struct BagArray {
 
 /// The layout of the particles among some arrays. Positions are the array that `dataset` names,
 /// else one of two or three components with a name for positions, else x, y and z, else the only
-/// array of three components or more. Arrays with another number of rows are of something else.
+/// array of three components or more that is not named as velocities or such. Arrays with another
+/// number of rows are of something else.
 /// Throws InputError.
 Layout layout_of_bag(const Bytes& file, std::vector<BagArray> arrays, const std::string& dataset,
                      const ReadOptions& options);
@@ -26,7 +27,7 @@ bool is_position(const std::string& name);
 /// Whether an array so named has a use: one that cannot be read is then an error.
 bool has_use(const std::string& name);
 
-/// Throws InputError where an array of positions seems to be transposed: two or three rows of more
+/// Throws InputError where an array of positions seems to be transposed: a few rows of more
 /// numbers than particles have; or holds tables, such as those of several frames. Other names are
 /// not looked at.
 void refuse_shape(const Bytes& file, const std::string& place, const std::string& name,

@@ -122,7 +122,7 @@ std::vector<std::string> groups_named(const Groups& groups, const std::string& n
                              : "has no group or data set " + in_quotes(asked))
             : "holds particles in several groups, say which by " + setting("dataset")) +
            (list.empty() ? "" : ", it has " + shown(list)) +
-           (objects.unknown.empty() ? "" : "; " + shown(objects.unknown)));
+           (objects.unknown.empty() ? "" : "; " + objects.unknown));
 }
 
 // What is read.
@@ -141,21 +141,20 @@ Choice choose(const Bytes& file, const Hdf5Objects& objects, const Groups& group
   return {candidates[0], ""};
 }
 
-// The data sets of a group that hold numbers. `flaw` gets why one that is not needed cannot be
-// read.
+// The data sets of a group that hold numbers. `flaw` gets why one that has no use cannot be read;
+// one that has a use is an error.
 std::vector<BagArray> arrays_of(const std::shared_ptr<const Bytes>& file,
                                 const Hdf5Objects& objects,
                                 const std::vector<const Hdf5DataSet*>& sets, std::string& flaw) {
   std::vector<BagArray> arrays;
-  for (const Hdf5DataSet* found : sets) {
-    if (!found->unknown.empty()) {
-      flaw = shown(found->path) + " " + found->unknown;
-      if (has_use(name_in_folder(found->path))) fail(*file, "", flaw);
-      continue;
+  for (const Hdf5DataSet* found : sets) try {
+      if (!found->unknown.empty()) fail(*file, "", shown(found->path) + " " + found->unknown);
+      if (!found->type || !found->has_space || found->shape.empty()) continue;
+      arrays.push_back(array_of(file, objects, *found));
+    } catch (const InputError& error) {
+      if (has_use(name_in_folder(found->path))) throw;
+      flaw = error.notice.text.substr(file->name().size() + 2);  // without "NAME: "
     }
-    if (!found->type || !found->has_space || found->shape.empty()) continue;
-    arrays.push_back(array_of(file, objects, *found));
-  }
   return arrays;
 }
 

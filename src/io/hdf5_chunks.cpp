@@ -128,7 +128,17 @@ class Chunks : public Bytes {
     std::string values;
     std::vector<std::uint64_t> low(shape_.size(), 0);
     low[0] = first;
-    for (auto it = chunks_.lower_bound(low); it != chunks_.end() && it->first[0] == first; ++it) {
+    std::uint64_t wanted = 1;  // chunks side by side
+    for (std::size_t d = 1; d < shape_.size(); ++d)
+      wanted *= shape_[d] / chunk_[d] + (shape_[d] % chunk_[d] != 0);
+    const auto begin = chunks_.lower_bound(low);
+    const auto end = std::find_if(begin, chunks_.end(),
+                                  [&](const auto& chunk) { return chunk.first[0] != first; });
+    if (static_cast<std::uint64_t>(std::distance(begin, end)) < wanted)
+      fail(*this, place_,
+           "holds no values for rows from " + std::to_string(first) +
+               " on: none were ever written to them");
+    for (auto it = begin; it != end; ++it) {
       unpack(it->second, values);
       // Rows of the chunk along the last dimension.
       const std::size_t last = shape_.size() - 1;

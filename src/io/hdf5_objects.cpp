@@ -106,7 +106,7 @@ class Reader {
       return;
     }
     if (!object.unknown.empty())
-      objects_.unknown = (path.empty() ? "/" : path) + " " + object.unknown;
+      objects_.unknown = (path.empty() ? "/" : shown(path)) + " " + object.unknown;
     for (const Link& link : object.links) walk(path + "/" + link.name, link.address, depth + 1);
   }
 
@@ -240,6 +240,11 @@ class Reader {
       if (kind == 0 && size == 4) data.type = is_signed ? Scalar::int32 : Scalar::uint32;
       if (kind == 0 && size == 8) data.type = is_signed ? Scalar::int64 : Scalar::uint64;
       if (kind == 8 && size == 1) data.type = Scalar::int8;
+      if (kind != 8 && !data.type)
+        data.unknown = "has numbers of " + std::to_string(8 * size) +
+                       " bits, wanted 32 or 64 (save it as floats of 32 bits)";
+    } else if (kind == 6) {
+      data.unknown = "has a compound type, which is not read (save each of its columns alone)";
     } else if (kind == 10 && at == 0 && version >= 2) {  // a few numbers as one element
       const auto rank = number_in(d, 8, 1);
       const std::size_t dims = version == 2 ? 12 : 9;
@@ -257,7 +262,8 @@ class Reader {
   void read_layout(const std::string& d, Hdf5DataSet& data) const {
     const auto version = number_in(d, 0, 1);
     if (version != 3 && version != 4) {
-      data.unknown = "has a layout of version " + std::to_string(version);
+      data.unknown = "has a layout of version " + std::to_string(version) +
+                     " (save it with h5py's default libver)";
       return;
     }
     data.storage = static_cast<int>(number_in(d, 1, 1));

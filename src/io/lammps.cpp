@@ -34,6 +34,15 @@ class Reader {
     std::vector<std::int64_t> steps;
     std::optional<Particles> wanted;
     for (auto line = next(); line; line = next()) {
+      if (line->starts_with("ITEM: UNITS")) {  // before the first timestep alone
+        needed("the units");
+        line = needed("ITEM: TIMESTEP");
+      }
+      double time = 0;
+      if (line->starts_with("ITEM: TIME") && !line->starts_with("ITEM: TIMESTEP")) {
+        time = cursor_.real_of(only_word("the time"), "the time");
+        line = needed("ITEM: TIMESTEP");
+      }
       if (!line->starts_with("ITEM: TIMESTEP"))
         fail(file_, cursor_.place(),
              "found " + in_quotes(*line) + ", wanted \"ITEM: TIMESTEP\" (a LAMMPS text dump)");
@@ -43,8 +52,10 @@ class Reader {
       const bool take = options_.timestep < 0 ? steps.size() == 1 : *step == options_.timestep;
       if (take && wanted)
         fail(file_, cursor_.place(), "timestep " + std::to_string(*step) + " appears twice");
-      std::optional<Particles> found = read_step(take);
-      if (take) wanted = std::move(found);
+      Particles found = read_step(take);
+      if (!take) continue;
+      wanted = std::move(found);
+      wanted->time = time;
     }
     if (steps.empty()) fail(file_, "", "has no timestep");
     if (wanted && (options_.timestep >= 0 || steps.size() == 1)) return std::move(*wanted);
@@ -78,10 +89,9 @@ class Reader {
     return words.empty() ? std::string_view() : words[0];
   }
 
-  std::optional<Particles> read_step(bool take) {
+  Particles read_step(bool take) {
     std::uint64_t count = 0;
     bool has_count = false;
-    double time = 0;
     Box box;
     for (;;) {
       const std::string_view line = needed("ITEM: ATOMS");
@@ -92,15 +102,9 @@ class Reader {
         has_count = true;
       } else if (line.starts_with("ITEM: BOX BOUNDS")) {
         read_box(box);
-      } else if (line.starts_with("ITEM: TIME")) {
-        time = cursor_.real_of(only_word("the time"), "the time");
-      } else if (line.starts_with("ITEM: UNITS")) {
-        needed("the units");
       } else if (line.starts_with("ITEM: ATOMS")) {
         if (!has_count) fail(file_, cursor_.place(), "no ITEM: NUMBER OF ATOMS comes before it");
-        Particles particles = read_atoms(line.substr(11), count, box, take);
-        particles.time = time;
-        return particles;
+        return read_atoms(line.substr(11), count, box, take);
       } else {
         fail(file_, cursor_.place(), "found " + in_quotes(line) + ", wanted an ITEM of a timestep");
       }

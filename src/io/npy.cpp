@@ -150,10 +150,8 @@ NpyType type_named(const Bytes& file, const std::string& place, const std::strin
       type.size = size_of(scalar);
       return type;
     }
-  if (bare.starts_with("O"))
-    fail(file, place + "header",
-         "holds Python objects (pickled), wanted numbers (save the arrays themselves)");
-  const auto size = bare.empty() ? std::nullopt : parse_integer(bare.substr(1));
+  const std::string after = bare.substr(std::min<std::size_t>(1, bare.size()));
+  const auto size = parse_integer(after.substr(0, after.find('[')));  // M8[us] has 8 bytes
   constexpr std::int64_t kMost = 1 << 20;
   if (!size || *size < 0 || *size > kMost)
     fail(file, place + "header", "found type " + in_quotes(name) + ", wanted numbers");
@@ -162,7 +160,7 @@ NpyType type_named(const Bytes& file, const std::string& place, const std::strin
 }
 
 // The arrays of a .npy: one, or the fields of a structure. `item`: what it is called; empty in a
-// file of its own.
+// file of its own. What cannot be read and has no use is left out.
 void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes,
                 const std::string& item, std::vector<BagArray>& arrays) {
   const std::string place = item.empty() ? "" : shown(item) + ": ";
@@ -194,10 +192,16 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes,
     std::uint64_t offset = 0, components = 1;
   };
   const bool single = header.fields.size() == 1 && header.fields[0].name.empty();
-  if (single) refuse_shape(file, place + "header", item.empty() ? "positions" : item, header.shape);
+  const std::string name = item.empty() ? "positions" : item;
+  if (single) refuse_shape(file, place + "header", name, header.shape);
   std::vector<Placed> placed;
   std::uint64_t row = 0;
   for (const Header::Field& field : header.fields) {
+    if (field.type.find('O') != std::string::npos) {  // Python objects are pickled, all in one
+      if (!has_use(name)) return;
+      fail(file, place + "header",
+           "holds Python objects (pickled), wanted numbers (save the arrays themselves)");
+    }
     Placed one{field, type_named(file, place, field.type), row, 1};
     for (const std::uint64_t length_of : field.shape)
       one.components = product(one.components, length_of);
@@ -206,7 +210,7 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes,
     placed.push_back(one);
   }
   for (const Placed& one : placed) {
-    if (!one.type.scalar && has_use(single ? (item.empty() ? "positions" : item) : one.field.name))
+    if (!one.type.scalar && has_use(single ? name : one.field.name))
       fail(file, place + "header",
            "has type " + in_quotes(one.field.type) + " for " +
                (single ? "its values" : shown(one.field.name)) +
@@ -221,7 +225,10 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes,
                     row,
                     one.type.size};
     if (single) {
-      if (across > kMostHeader) fail(file, place + "header", "its rows are too long");
+      if (across > kMostHeader) {
+        if (!has_use(name)) continue;
+        fail(file, place + "header", "its rows are too long");
+      }
       array.components = static_cast<std::size_t>(across);
       array.stride = header.fortran && header.shape.size() > 1 ? row : product(across, row);
       array.component_stride = header.fortran ? product(rows, row) : row;

@@ -35,6 +35,12 @@ double real_at(const InputFile& file, const TextCursor& cursor, std::string_view
   return *value;
 }
 
+/// Where the text begins: behind the byte order mark that some editors write.
+std::size_t start_of(const InputFile& file) {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  return file.bytes.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
+}
+
 // .csv
 
 /// Splits a row; a cell in double quotes may hold the separator, and "" for a quote. Returns what
@@ -146,7 +152,7 @@ Particles read_xyz(const InputFile& file, const ReadOptions& options) {
     fail(file, "",
          "has no attribute " + in_quotes(options.attributes[0]) +
              ": columns of .xyz have no names (save it as .csv)");
-  TextCursor cursor(file);
+  TextCursor cursor(file, start_of(file));
   Particles particles;
   Words words;
   std::optional<std::size_t> stated;  // the count of the first line
@@ -206,8 +212,7 @@ Particles read_xyz(const InputFile& file, const ReadOptions& options) {
 }
 
 Particles read_csv(const InputFile& file, const ReadOptions& options) {
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
-  TextCursor cursor(file, file.bytes.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0);
+  TextCursor cursor(file, start_of(file));
   Words cells;
   const Table table = find_table(file, cursor, cells);
   const std::vector<Field> fields = fields_of_columns(table.names);

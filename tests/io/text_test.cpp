@@ -52,6 +52,12 @@ TEST_F(Xyz, ReadsRows) {
 TEST_F(Xyz, ReadsTheClassicForm) {
   EXPECT_THAT(read("a.xyz", kCounted).z, ElementsAre(2, 5, 8.25f));
   EXPECT_THAT(read("a.xyz", "2\n\nH 1 2 3\nO 4 5 6\n").x, ElementsAre(1, 4));
+  // A byte order mark made the first number the name of an element, and shifted all columns.
+  EXPECT_THAT(read("a.xyz",
+                   "\xef\xbb\xbf"
+                   "1 2 3 4 5 6\n")
+                  .x,
+              ElementsAre(1));
   EXPECT_EQ(read("a.xyz", "0\nnothing\n").size(), 0u);
 }
 
