@@ -24,7 +24,8 @@ struct Cancelled : Error {
 struct SessionSettings {
   std::size_t memory = kStreamMemory;  // see extract(); bytes
   /// Called at the beginning of each stage with its name, by the thread that extracts. What it
-  /// throws ends the extraction and comes out of extract(); the session can be used on.
+  /// throws ends the extraction and comes out of extract(); the session can be used on. It must not
+  /// extract on the same session.
   std::function<void(const std::string& stage)> progress{};
 };
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from os import PathLike, fspath
@@ -12,9 +13,29 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._errors import InvalidArgument
 
 if TYPE_CHECKING:
     from ._particles import Particles
+
+
+def _numbers(name: str, values: Sequence[float]) -> list[float]:
+    try:
+        numbers = list(map(float, values))
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) != 3:
+        raise InvalidArgument(f"{name} is {values!r}, must be three numbers")
+    return numbers
+
+
+def _pixels(size: tuple[int, int]) -> tuple[int, int]:
+    try:
+        width, height = map(operator.index, size)
+    except (TypeError, ValueError):
+        raise InvalidArgument(
+            f"size is {size!r}, must be (width, height), whole numbers of pixels") from None
+    return width, height
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,8 +61,6 @@ class Camera:
         for name in ("view", "projection"):
             matrix = np.array(getattr(self, name), np.float64)
             if matrix.shape != (4, 4):
-                from ._errors import InvalidArgument
-
                 raise InvalidArgument(
                     f"camera: {name} has shape {matrix.shape}, must be (4, 4)")
             matrix.flags.writeable = False
@@ -66,8 +85,8 @@ class Camera:
         size
             (width, height), pixels.
         """
-        return _camera_of(_core.look_at(*(list(map(float, v)) for v in (eye, target, up)),
-                                        float(fov), *size))
+        return _camera_of(_core.look_at(_numbers("eye", eye), _numbers("target", target),
+                                        _numbers("up", up), float(fov), *_pixels(size)))
 
     @staticmethod
     def frame(points: ArrayLike | Particles, *, size: tuple[int, int] = (1024, 768),
@@ -84,7 +103,7 @@ class Camera:
         from ._particles import frame_of
 
         frame, keep = frame_of(points, None, radii, particle_radius)
-        camera = _camera_of(_core.frame_camera(frame, *size))
+        camera = _camera_of(_core.frame_camera(frame, *_pixels(size)))
         del keep
         return camera
 
@@ -96,8 +115,6 @@ class Camera:
     @staticmethod
     def from_json(text: str) -> Camera:
         """The camera of to_json(). Raises InvalidArgument for JSON that is no camera."""
-        from ._errors import InvalidArgument
-
         try:
             found = json.loads(text)
             return Camera(*(found[key] for key in ("width", "height", "view", "projection")))

@@ -22,6 +22,8 @@ STREAM_MEMORY: int = _core.STREAM_MEMORY
 
 _ADAPTIVE = .05  # particle radii: what the program takes for --adaptive without a number
 
+_KNOWN = {parameter["name"].replace("-", "_") for parameter in _core.named_parameters()}
+
 _default: Device | None = None
 _lock = threading.RLock()
 
@@ -88,16 +90,16 @@ def _opened(device: Device | None) -> _core.Device:
     return device._bare
 
 
+def _number(name: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise InvalidArgument(f"{name} is {value!r}, must be a number") from None
+
+
 def _set(bare: _core.Parameters, parameters: Mapping[str, float]) -> None:
     for name, value in parameters.items():
-        try:
-            number = float(value)
-        except (TypeError, ValueError):
-            if not any(known["name"] == name.replace("_", "-") for known in _core.named_parameters()):
-                number = 0  # its name is what is wrong
-            else:
-                raise InvalidArgument(f"{name} is {value!r}, must be a number") from None
-        bare.set(name.replace("_", "-"), number)
+        bare.set(name.replace("_", "-"), _number(name, value) if name in _KNOWN else 0)
 
 
 def extract(points: ArrayLike | Particles, camera: Camera, *,
@@ -164,14 +166,14 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
     if not isinstance(camera, Camera):
         raise InvalidArgument(f"camera is a {type(camera).__name__}, must be a meniscus.Camera")
     bare = _core.Parameters()
-    bare.set_method(method)
+    bare.set_method(str(method))
     if maps is not None:
         bare.set_maps(maps)
     bare.image, bare.mesh, bare.motion, bare.strict = image, mesh, motion, strict
     if not isinstance(layers, (int, np.integer)):
         raise InvalidArgument(f"layers is {layers!r}, must be a whole number, 0 to 8")
     bare.layers = int(layers)
-    bare.particle_radius = float(particle_radius)
+    bare.particle_radius = _number("particle_radius", particle_radius)
     _set(bare, parameters)
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
     made = _core.extract(_opened(device), frame, camera._bare(), bare, memory,
@@ -228,11 +230,11 @@ def extract_closed(points: ArrayLike | Particles, *, cell: float = 1, adaptive: 
         adaptive = _ADAPTIVE
     bare = _core.Parameters()
     bare.motion, bare.strict = motion, strict
-    bare.particle_radius = float(particle_radius)
+    bare.particle_radius = _number("particle_radius", particle_radius)
     _set(bare, parameters)
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
-    made = _core.extract_closed(_opened(device), frame, float(cell),
-                                float(adaptive), int(memory), bare, progress)
+    made = _core.extract_closed(_opened(device), frame, _number("cell", cell),
+                                _number("adaptive", adaptive), int(memory), bare, progress)
     del keep
     for notice in made.notices:
         warning = MeniscusWarning(notice.text)

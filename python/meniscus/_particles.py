@@ -194,7 +194,11 @@ def frame_of(points: ArrayLike | Particles, velocities: ArrayLike | None,
         others.append(other)
         kept.append(array)
     carried: list[tuple[str, _Place]] = []
-    for given, values in (attributes or {}).items():
+    if attributes is None:
+        attributes = {}
+    if not isinstance(attributes, Mapping) or not all(isinstance(name, str) for name in attributes):
+        raise InvalidArgument('attributes must be names and their arrays, as {"temperature": t}')
+    for given, values in attributes.items():
         for name, other, array in _attribute_places(values, given):
             if other[1] != place[1]:
                 raise InvalidArgument(f"attribute {given} has {other[1]} rows for {place[1]} points")

@@ -237,6 +237,13 @@ def test_nothing_gives_an_empty_surface(camera):
     ("layers is 1.5, must be a whole number", lambda p, c: extract(p, c, layers=1.5)),
     (r"device is 'gpu', must be a meniscus.Device.*Device\('gpu'\)",
      lambda p, c: extract(p, c, device="gpu")),
+    ("method is 3", lambda p, c: extract(p, c, method=3)),
+    ("particle_radius is None, must be a number", lambda p, c: extract(p, c, particle_radius=None)),
+    ("cell is 'fine', must be a number", lambda p, c: meniscus.extract_closed(p, cell="fine")),
+    ("attributes must be names", lambda p, c: extract(p, c, attributes=["heat"])),
+    ("attributes must be names", lambda p, c: extract(p, c, attributes={1: np.ones(len(p))})),
+    ("eye is .*, must be three numbers", lambda p, c: meniscus.Camera.look_at((0, 2), (0, 0, 0))),
+    (r"size is \(1.5, 2\), must be \(width", lambda p, c: meniscus.Camera.frame(p, size=(1.5, 2))),
     ("camera is a str", lambda p, c: extract(p, "front")),
     ("particle_radius is -1", lambda p, c: extract(p, c, particle_radius=-1)),
     ("memory", lambda p, c: extract(np.tile(p, (150, 1)), c, memory=10)),
@@ -389,6 +396,35 @@ def test_threads_share_a_device(points, camera, device):
     for thread in threads:
         thread.join()
     assert all(same(result, results[0]) for result in results)
+
+
+def test_progress_cannot_extract_on_its_own_device(points, camera, device):
+    within = lambda stage: extract(points, camera, device=device)
+    with pytest.raises(meniscus.InvalidArgument, match="progress calls extract"):
+        extract(points, camera, device=device, progress=within)
+    extract(points, camera, device=device)
+
+
+def test_a_forked_process_is_told_to_start_anew():
+    """It waited for ever: threads of the OpenCL runtime do not live in a child of fork()."""
+    program = """
+import multiprocessing, meniscus
+from conftest import ball_points
+camera = meniscus.Camera.look_at((0, 0, 2), (0, 0, 0), size=(96, 72))
+device = meniscus.default_device()
+def frame(device):
+    try:
+        meniscus.extract(ball_points(), camera, particle_radius=.025, device=device)
+    except meniscus.DeviceError as error:
+        print(error, flush=True)
+for given in (None, device):
+    child = multiprocessing.get_context("fork").Process(target=frame, args=(given,))
+    child.start()
+    child.join()
+"""
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60,
+                         cwd=__file__.rpartition("/")[0])
+    assert run.stdout.count("forked from one that uses OpenCL") == 2, run
 
 
 def test_a_second_device_gives_the_same(points, camera, device):

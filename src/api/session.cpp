@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 #include "api/extract_sparingly.hpp"
@@ -13,27 +14,38 @@ struct Session::State {
   explicit State(Device opened) : device(std::move(opened)) {}
   Device device;
   std::mutex in_use;
+  std::atomic<std::thread::id> user{};  // whose turn it is; nobody's: the number of no thread
   std::atomic<bool> cancelled{false};
 };
 
 namespace {
 
-/// While it lives, each stage asks whether to go on.
-class Watch {
+/// A thread's turn: while it lives, the session is its own, and each stage asks whether to go on.
+template <typename State>
+class Turn {
  public:
-  Watch(Device& device, const std::atomic<bool>& cancelled, const Session::Settings& settings)
-      : device_(device) {
-    device_.on_stage([&cancelled, &settings](const std::string& stage) {
+  Turn(State& state, const Session::Settings& settings) : state_(state) {
+    if (state.user == std::this_thread::get_id())
+      throw InvalidArgument(
+          "session: progress calls extract on the session that calls it (take another device)");
+    lock_ = std::unique_lock(state.in_use);
+    state.user = std::this_thread::get_id();
+    state.cancelled = false;
+    state.device.on_stage([&state, &settings](const std::string& stage) {
       if (settings.progress) settings.progress(stage);
-      if (cancelled) throw Cancelled("cancelled before stage " + stage);
+      if (state.cancelled) throw Cancelled("cancelled before stage " + stage);
     });
   }
-  ~Watch() { device_.on_stage({}); }
-  Watch(const Watch&) = delete;
-  Watch& operator=(const Watch&) = delete;
+  ~Turn() {
+    state_.device.on_stage({});
+    state_.user = std::thread::id();
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
 
  private:
-  Device& device_;
+  State& state_;
+  std::unique_lock<std::mutex> lock_;
 };
 
 }  // namespace
@@ -47,10 +59,8 @@ Session& Session::operator=(Session&&) noexcept = default;
 Surface Session::extract(const ParticleSource& particles, const Camera& camera,
                          const Parameters& parameters, const Settings& settings,
                          std::vector<StageTime>* timings) {
-  const std::lock_guard turn(state_->in_use);
+  const Turn turn(*state_, settings);
   Device& device = state_->device;
-  state_->cancelled = false;
-  const Watch watch(device, state_->cancelled, settings);
   try {
     return meniscus::extract(device, particles, camera, parameters, timings, settings.memory);
   } catch (const OutOfDeviceMemory& error) {
@@ -71,18 +81,14 @@ Surface Session::extract(const BorrowedParticles& particles, const Camera& camer
 Surface Session::extract_closed(const ParticleSource& particles, const ClosedParams& closed,
                                 const Parameters& parameters, const Settings& settings,
                                 std::vector<StageTime>* timings) {
-  const std::lock_guard turn(state_->in_use);
-  state_->cancelled = false;
-  const Watch watch(state_->device, state_->cancelled, settings);
+  const Turn turn(*state_, settings);
   return meniscus::extract_closed(state_->device, particles, closed, parameters, timings);
 }
 
 void Session::draw_whitewater(const std::vector<WhitewaterSource>& sources,
                               const Parameters& parameters, Surface& surface,
                               const Settings& settings, std::vector<StageTime>* timings) {
-  const std::lock_guard turn(state_->in_use);
-  state_->cancelled = false;
-  const Watch watch(state_->device, state_->cancelled, settings);
+  const Turn turn(*state_, settings);
   meniscus::draw_whitewater(state_->device, sources, parameters, surface, timings, settings.memory);
 }
 

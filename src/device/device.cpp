@@ -160,6 +160,7 @@ Device::Device(const std::string& selector) : Device(select_device(selector)) {}
 
 Device::Device(const DeviceInfo& info) : state_(std::make_unique<State>()) {
   state_->info = info;
+  check_not_forked();
   try {
     if (info.kind == DeviceKind::cpu) {
       state_->context = cl::Context(handle_of(info));

@@ -14,6 +14,11 @@ const char* symbol_of(cl_int error);
 /// The call that failed and how: "clCreateBuffer failed with CL_OUT_OF_RESOURCES (-5)".
 std::string describe(const cl::Error& error);
 
+/// Throws DeviceError in a child of a process that has asked this before, which is asked before
+/// anything is asked of OpenCL: a fork takes no threads of drivers along, and who waits for them
+/// waits for ever.
+void check_not_forked();
+
 /// Whether less at a time might have worked.
 bool is_out_of_memory(cl_int error);
 

@@ -152,6 +152,7 @@ std::string names(const std::vector<DeviceInfo>& devices) {
 
 // All devices; `problems` receives those of platforms.
 std::vector<DeviceInfo> find_devices(std::vector<std::string>& problems) {
+  check_not_forked();
   give_pocl_a_cache();
   // Intel's CPU runtime (2026.2) changes the sums of fit_particles and fit_heights when it makes
   // vectors of 8 or 16 work-items (verify found it). What is slow one by one has vectors of its

@@ -8,6 +8,7 @@
 
 #include "base/elapsed.hpp"
 #include "device/device.hpp"
+#include "device/opencl_error.hpp"
 #include "meniscus/meniscus.hpp"
 
 namespace meniscus {
@@ -27,6 +28,7 @@ class StageClock {
   }
 
   void start(const std::string& stage) {
+    check_not_forked();
     stop();
     if (device_.state().on_stage) device_.state().on_stage(stage);
     device_.state().stage = stage;

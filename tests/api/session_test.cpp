@@ -69,6 +69,14 @@ TEST_F(ASession, PassesOnWhatProgressThrows) {
   EXPECT_NO_THROW(session_.extract(particles_, camera_));
 }
 
+// It waited for its own turn to end.
+TEST_F(ASession, RefusesToExtractWithinProgress) {
+  Session::Settings settings;
+  settings.progress = [&](const std::string&) { session_.extract(particles_, camera_); };
+  EXPECT_THROW(session_.extract(particles_, camera_, {}, settings), InvalidArgument);
+  EXPECT_NO_THROW(session_.extract(particles_, camera_));
+}
+
 TEST_F(ASession, ServesThreadsInTurn) {
   const Surface expected = session_.extract(particles_, camera_);
   std::atomic<int> same{0};

@@ -1,11 +1,14 @@
 // Finding and choosing OpenCL devices.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <future>
 
 #include "device/device.hpp"
+#include "device/stage_clock.hpp"
 #include "thrown.hpp"
 
 namespace meniscus {
@@ -16,6 +19,26 @@ using testing::HasSubstr;
 
 std::string error_of(const std::string& selector) {
   return text_of_thrown<DeviceError>([&] { select_device(selector); });
+}
+
+// Threads of PoCL do not live in a child: a frame waited for them for ever.
+TEST(ForkedProcess, IsToldThatOpenClDoesNotWorkThere) {
+  Device device;
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(20);
+    const std::string said =
+        text_of_thrown<DeviceError>([] { list_devices(); }) +
+        text_of_thrown<DeviceError>([&] { Device(device.info()); }) +
+        text_of_thrown<DeviceError>([&] { StageClock(device, {}).start("a"); });
+    int told = 0;
+    for (std::size_t at = 0; (at = said.find("was forked", at)) != std::string::npos; ++at) ++told;
+    _exit(told);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 3);
 }
 
 TEST(ListDevices, NumbersThemInOrderAndSaysWhyOneIsUnusable) {
