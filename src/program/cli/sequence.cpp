@@ -249,8 +249,14 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
                       (10 * seconds * std::max(1u, std::thread::hardware_concurrency()));
   tally.warn_of_velocities();
   say("done", done_line(outcome, seconds, busy));
-  tally.write_page(plan, say);
-  return conclude(outcome, plan.jobs.size(), stop.signal(), tally.failed());
+  int page = 0;
+  try {
+    tally.write_page(plan, say);
+  } catch (const OutputError& error) {  // hides nothing of how the batch ended
+    print_line(stderr, "meniscus: error: " + words_of(error));
+    page = 1;
+  }
+  return std::max(page, conclude(outcome, plan.jobs.size(), stop.signal(), tally.failed()));
 }
 
 }  // namespace

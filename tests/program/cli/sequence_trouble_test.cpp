@@ -1,6 +1,7 @@
 // Sequences with bad frames, too little memory or disk, and signals: no frame is lost or
 // half-written.
 #include <gmock/gmock.h>
+#include <sys/mount.h>
 #include <sys/stat.h>
 
 #include <chrono>
@@ -189,6 +190,21 @@ TEST_F(Sequence, AFullDiskEndsTheBatch) {
   expect_error(run(words({"--log", "/dev/full"})), 1,
                {"/dev/full: cannot be written: No space left on device (free some space",
                 "of 5 frames are done; the same command with --resume goes on"});
+}
+
+// The page's error took the place of the last words, and of the exit code.
+TEST_F(Sequence, APageThatCannotBeWrittenHidesNothing) {
+  write_sequence(3);
+  write("d.0001.ply", "");
+  fs::create_directory(path("disk"));
+  if (mount("tmpfs", path("disk").c_str(), "tmpfs", 0, "size=8k") != 0)
+    GTEST_SKIP() << "no file system may be mounted here";
+  const Outcome outcome = run(words({"--report", "disk/page.html"}));
+  EXPECT_TRUE(fs::is_empty(path("disk")));
+  umount(path("disk").c_str());
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err, HasSubstr("error: disk/page.html: cannot be written: No space left"));
+  EXPECT_THAT(outcome.err, HasSubstr("meniscus: error: 1 of 3 frames failed: 1"));
 }
 
 }  // namespace
