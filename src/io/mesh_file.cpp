@@ -3,6 +3,7 @@
 #include <bit>
 #include <charconv>
 #include <cstring>
+#include <set>
 
 #include "io/input_file.hpp"
 #include "io/mesh_formats.hpp"
@@ -48,11 +49,13 @@ std::string one_word(std::string name) {
 void write_ply(OutputFile& file, const Mesh& mesh, const std::string& job) {
   const bool moving = !mesh.velocity.empty();
   std::string properties;
-  for (const Attribute& attribute : mesh.attributes)
-    properties +=
-        "property float " +
-        one_word(free_name(attribute.name, {"x", "y", "z", "nx", "ny", "nz", "vx", "vy", "vz"})) +
-        "\n";
+  std::set<std::string> names;
+  for (const Attribute& attribute : mesh.attributes) {
+    std::string name =
+        one_word(free_name(attribute.name, {"x", "y", "z", "nx", "ny", "nz", "vx", "vy", "vz"}));
+    while (!names.insert(name).second) name += '_';  // "a b" and "a_b" are one word
+    properties += "property float " + name + "\n";
+  }
   file.write(
       "ply\nformat binary_little_endian 1.0\n"
       "comment surface mesh by Meniscus: positions in world units, normals of unit length point "

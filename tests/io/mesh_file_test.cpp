@@ -180,6 +180,15 @@ TEST(MeshFile, PlyReadsBackWithAllThatItCarries) {
   EXPECT_TRUE(same_bits(p.attributes[0].values, mesh.attributes[0].values));
   EXPECT_TRUE(same_bits(p.attributes[1].values, mesh.attributes[1].values));
   for (std::size_t k = 0; k < p.size(); ++k) EXPECT_EQ(p.vy[k], mesh.velocity[k].y);
+
+  Mesh alike = mesh;  // two names that are the same word
+  alike.attributes[0].name = "a b";
+  alike.attributes[1].name = "a_b";
+  write_mesh(folder / "a.ply", alike);
+  const Particles both =
+      read_particles(folder / "a.ply", ReadOptions{.attributes = {"a_b", "a_b_"}});
+  EXPECT_TRUE(same_bits(both.attributes[0].values, mesh.attributes[0].values));
+  EXPECT_TRUE(same_bits(both.attributes[1].values, mesh.attributes[1].values));
 }
 
 TEST(MeshFile, GlbAndStlAreAsLongAsTheySay) {

@@ -356,6 +356,20 @@ std::map<std::int64_t, FramePattern::Found> FramePattern::existing() const {
   return found;
 }
 
+std::vector<std::string> FramePattern::below_zero() const {
+  std::vector<std::string> paths;
+  FramePattern below = *this;
+  for (Piece& piece : below.pieces_) {
+    if (piece.place) piece.literal += '-';
+    piece.width = -1;
+  }
+  if (listed_.empty()) try {
+      for (const auto& [frame, file] : below.existing()) paths.push_back(file.path);
+    } catch (const InputError&) {  // two of one number, none of which is asked for
+    }
+  return paths;
+}
+
 std::string FramePattern::absence() const {
   if (pieces_.empty()) return text_ + ": lists no file";
   const std::string& start = pieces_.front().literal;

@@ -47,6 +47,9 @@ class FramePattern {
   /// (7 and 007), or where a folder cannot be listed.
   std::map<std::int64_t, Found> existing() const;
 
+  /// Files whose numbers have a minus before them. They are no frames: these count from 0.
+  std::vector<std::string> below_zero() const;
+
   /// In words that nothing was found, and what is there instead.
   std::string absence() const;
 

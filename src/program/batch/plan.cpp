@@ -4,6 +4,7 @@
 #include <iterator>
 #include <map>
 
+#include "base/grouped.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {
@@ -80,6 +81,10 @@ std::vector<std::int64_t> all_frames(const SequenceRequest& request, const Exist
   if (!plan.missing.empty())
     plan.warnings.push_back(request.input.text() + ": " + named_frames(plan.missing) +
                             (plan.missing.size() == 1 ? " is" : " are") + " missing");
+  if (const auto below = request.input.below_zero(); !below.empty())
+    plan.warnings.push_back(request.input.text() + ": " + counted(below.size(), "file") +
+                            " with a number below 0 left out, such as " + below.front() +
+                            " (frames count from 0)");
   return wanted;
 }
 

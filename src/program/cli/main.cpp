@@ -1,4 +1,7 @@
 // The program meniscus: arguments in, exit code out. All errors end here, as one line.
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cerrno>
@@ -99,8 +102,19 @@ std::string misuse(const CLI::App& program, const std::vector<std::string>& type
 
 /// The end of work that succeeded here; other processes may have failed.
 int done(int code) {
+  if (std::fflush(stdout) != 0)
+    return fail(kFailed, std::string("standard output cannot be written: ") + std::strerror(errno));
   const std::string error = meniscus::end_team("");
   return error.empty() ? code : fail(kFailed, error);
+}
+
+// A stream that was closed at the start gives its number to the next file that is opened, and what
+// is printed would go into that file.
+void keep_closed_streams_closed() {
+  int held = 0;
+  while ((held = open("/dev/null", O_RDONLY)) >= 0 && held <= STDERR_FILENO) {
+  }
+  close(held);
 }
 
 // Frames need much the same memory one after the other. Left alone, glibc returns what a frame
@@ -159,15 +173,12 @@ int run(int argc, char** argv) {
   if (!typed.empty() && typed.front() == "mesh") meniscus::cli::fill_in_numbers(typed);
   try {
     program.parse(std::vector<std::string>(typed.rbegin(), typed.rend()));
-    if (std::fflush(stdout) != 0)
-      return fail(kFailed,
-                  std::string("standard output cannot be written: ") + std::strerror(errno));
     return done(exit_code);
   } catch (const CLI::Success& help) {  // --help and --version
     std::erase_if(typed, [](const std::string& word) { return word.starts_with('-'); });
     if (const std::string what = meniscus::cli::unknown_word(program, typed); !what.empty())
       return fail(kBadUsage, what + " (see meniscus --help)");
-    return program.exit(help);
+    return done(program.exit(help));
   } catch (const CLI::ParseError& error) {
     return fail(kBadUsage, misuse(program, typed, error));
   }
@@ -178,6 +189,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   int code = kDone;
   try {
+    keep_closed_streams_closed();
     meniscus::cli::start_with_newer_tbb(argv);
     keep_freed_memory();
     meniscus::cli::handle_signals();

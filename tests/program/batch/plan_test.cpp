@@ -67,6 +67,20 @@ TEST_F(PlanTest, GapsAreNamedByTheStepOfTheSequence) {
   EXPECT_THAT(plan_of("d.", {7}).warnings, IsEmpty());
 }
 
+// They were left out without a word.
+TEST_F(PlanTest, FilesWithNumbersBelowZeroAreNamed) {
+  for (const char* name : {"e.-2.ply", "e.-01.ply", "e.0.ply", "e.1.ply"})
+    std::ofstream(path(name));
+  for (const char* pattern : {"e.#.ply", "e.{}.ply"}) {
+    const Plan plan =
+        plan_sequence({*FramePattern::in(path(pattern)), {path("o.####.exr")}, "", false, {}});
+    EXPECT_THAT(plan.frames(), ElementsAre(0, 1));
+    EXPECT_THAT(plan.warnings,
+                ElementsAre(path(pattern) + ": 2 files with a number below 0 left out, such as " +
+                            path("e.-01.ply") + " (frames count from 0)"));
+  }
+}
+
 TEST_F(PlanTest, TheListsOrderIsKept) {
   EXPECT_THAT(plan_sequence(request("10-6x-2,2")).frames(), ElementsAre(10, 8, 6, 2));
 }

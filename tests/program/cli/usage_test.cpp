@@ -105,9 +105,25 @@ TEST_F(ProgramUsage, ListsDevicesAndSaysWhyOneIsTheDefault) {
 }
 
 TEST_F(ProgramUsage, FullStandardOutputIsAnError) {
-  const std::string command = MENISCUS_PROGRAM " devices >/dev/full 2>" + path("error");
-  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 1);
-  EXPECT_THAT(read("error"), StartsWith("meniscus: error: standard output"));
+  for (const char* what : {" devices", " --help"}) {
+    const std::string command =
+        MENISCUS_PROGRAM + std::string(what) + " >/dev/full 2>" + path("error");
+    EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 1);
+    EXPECT_THAT(read("error"), StartsWith("meniscus: error: standard output"));
+  }
+}
+
+// Files that the program opens got the numbers of closed streams, and its messages.
+TEST_F(ProgramUsage, NoMessagesGoIntoFilesWhereStreamsAreClosed) {
+  for (const char* name : {"d.1.ply", "d.2.ply"}) write_particles(name, block(3));
+  const std::string command = "cd " + path("") +
+                              " && " MENISCUS_PROGRAM
+                              " extract 'd.#.ply' --size 64x48 -o 'o.#.ply' --report page.html"
+                              " --log log.jsonl <&- >&- 2>&-";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 0);
+  EXPECT_THAT(read("page.html"), StartsWith("<!DOCTYPE html>"));
+  EXPECT_THAT(read("log.jsonl"), StartsWith("{"));
+  EXPECT_THAT(read("o.1.ply"), StartsWith("ply\n"));
 }
 
 struct WrongUsage {
@@ -142,6 +158,7 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{"UnknownCommand", {"polish"}, {"polish", "--help"}},
         WrongUsage{"NoInput", {"extract", "-o", "a.png"}, {"INPUT"}},
         WrongUsage{"NoOutput", {"extract", "in.ply"}, {"--output"}},
+        WrongUsage{"NoOutputAndADash", {"extract", "--", "-in.ply"}, {"--output is required"}},
         WrongUsage{"UnknownOption",
                    extract_with({"--polish", "3"}),
                    {"meniscus extract has no option --polish (see"}},
