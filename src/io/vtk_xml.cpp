@@ -69,7 +69,7 @@ std::uint64_t whole_number(const Bytes& file, const std::string& text, const std
 // An array as its tag states it, and where its data is.
 struct Stated {
   std::string name;
-  bool is_text = false;  // no numbers: never used
+  bool is_unread = false;  // of texts or bits: never used
   Scalar type = Scalar::float32;
   std::size_t components = 1;
   std::string format;        // ascii, binary or appended
@@ -185,8 +185,8 @@ class Reader {
       fail(*file_, byte_place(tag.at), "appended array " + shown(array.name) + " has no offset");
     array.offset = whole_number(*file_, tag.attribute("offset", "0"), "offset");
     const std::string type = tag.attribute("type", "");
-    array.is_text = lower_case(type) == "string";
-    if (array.is_text) return array;
+    array.is_unread = lower_case(type) == "string" || lower_case(type) == "bit";
+    if (array.is_unread) return array;
     array.type = scalar_named(*file_, type, array.name);
     array.components = static_cast<std::size_t>(
         whole_number(*file_, tag.attribute("NumberOfComponents", "1"), "NumberOfComponents"));
@@ -198,7 +198,7 @@ class Reader {
   }
 
   void add(const std::vector<std::string>& open, Stated array) {
-    if (array.is_text) return;
+    if (array.is_unread) return;
     const auto inside = [&](const char* name) {
       return std::find(open.begin(), open.end(), name) != open.end();
     };

@@ -262,6 +262,9 @@ Survey survey_particles(const ParticleSource& source) {
                      ", must be > 0 and finite, or 0 where it is not known");
   Survey survey;
   survey.size = source.size();
+  if (survey.size < 0)
+    throw InputError("particles: there are " + std::to_string(survey.size) +
+                     " of them, must be 0 or more");
   Found found;
   const double share =
       static_cast<double>(kSample) / static_cast<double>(std::max<std::int64_t>(1, survey.size));

@@ -254,14 +254,17 @@ TEST_F(FormatsOnDisk, TransposedArraysAndTablesOfFramesAreRefused) {
   EXPECT_EQ(read("a.npy", npy(3, 6)).vx.size(), 3u);
 }
 
-TEST_F(FormatsOnDisk, ArraysOfTextAreNoAttributes) {
-  std::string vtp = content(sample("vtk_ascii.vtp"));
-  const std::string number = "type=\"Float32\" Name=\"temperature\"";
-  ASSERT_NE(vtp.find(number), std::string::npos);
-  vtp.replace(vtp.find(number), number.size(), "type=\"String\" Name=\"temperature\"");
-  const std::string path = write("a.vtp", vtp);
-  EXPECT_EQ(read_particles(path).size(), 37u);
-  EXPECT_THROW(read_particles(path, ReadOptions{.attributes = {"temperature"}}), InputError);
+TEST_F(FormatsOnDisk, ArraysOfTextAndBitsAreNoAttributes) {
+  for (const char* type : {"String", "Bit"}) {
+    std::string vtp = content(sample("vtk_ascii.vtp"));
+    const std::string number = "type=\"Float32\" Name=\"temperature\"";
+    ASSERT_NE(vtp.find(number), std::string::npos);
+    vtp.replace(vtp.find(number), number.size(),
+                "type=\"" + std::string(type) + "\" Name=\"temperature\"");
+    const std::string path = write("a.vtp", vtp);
+    EXPECT_EQ(read_particles(path).size(), 37u);
+    EXPECT_THROW(read_particles(path, ReadOptions{.attributes = {"temperature"}}), InputError);
+  }
 }
 
 TEST_F(FormatsOnDisk, AttributesWithLongNamesAreFound) {

@@ -8,6 +8,7 @@
 
 #include "base/thread_team.hpp"
 #include "meniscus/error.hpp"
+#include "own_source.hpp"
 #include "prepare/shared_source.hpp"
 #include "stages/stage_test_support.hpp"
 
@@ -107,6 +108,15 @@ TEST(Survey, RefusesAStatedRadiusThatIsNone) {
     particles.particle_radius = radius;
     EXPECT_THROW(survey_particles(*source_of(particles)), InputError) << radius;
   }
+}
+
+// It wrote before the beginning of its arrays.
+TEST(Survey, RefusesASourceOfFewerParticlesThanNone) {
+  struct Fewer : OwnSource {
+    using OwnSource::OwnSource;
+    std::int64_t size() const override { return -5; }
+  };
+  EXPECT_THROW(survey_particles(Fewer(random_particles(10, false))), InputError);
 }
 
 TEST(Survey, IsTheSameInAllRanks) {

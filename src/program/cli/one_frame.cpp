@@ -31,7 +31,9 @@ void check_one_frame(const ExtractOptions& options) {
   std::error_code ignored;
   if (options.input.find('*') == std::string::npos &&
       !std::filesystem::exists(options.input, ignored))
-    throw InputError(options.input + ": no such file or folder" +
+    throw InputError(options.input +
+                     (options.input == "-" ? ": standard input is not read, wanted a file or folder"
+                                           : ": no such file or folder") +
                      (options.input.find_first_of("?[{") == std::string::npos
                           ? ""
                           : " (a sequence is written as dam.####.ply, the parts of one frame as "

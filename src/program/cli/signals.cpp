@@ -38,9 +38,10 @@ void say_what_to_do(int signal) {
   remove_pending_outputs();
   say("meniscus: error: ended by ");
   say(signal == SIGABRT ? "an abort" : signal == SIGBUS ? "a bus error" : "a segmentation fault");
-  say(", most likely in the OpenCL runtime: for lack of memory (use a smaller image, or fewer "
-      "frames "
-      "at once), or because what it has compiled before is damaged or its disk full (remove ");
+  say(", most likely in the OpenCL runtime: ");
+  if (!std::getenv("PATH")) say("because PATH is not set, where PoCL looks for the linker ld, or ");
+  say("for lack of memory (use a smaller image, or fewer frames at once), or because what it has "
+      "compiled before is damaged or its disk full (remove ");
   say_where_the_cache_is();
   say(", or set POCL_CACHE_DIR to an empty folder)\n");
   std::signal(signal, SIG_DFL);

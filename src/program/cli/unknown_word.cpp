@@ -69,6 +69,7 @@ std::string unknown_word(const CLI::App& program, const std::vector<std::string>
   };
   const CLI::App& command = chosen_command(program);
   for (const std::string& word : typed) {
+    if (word == "--") break;  // what follows is no option
     if (!is_unknown(word)) continue;
     if (word.starts_with('-') && word.size() > 1) {
       const std::string name = word.substr(0, word.find('='));

@@ -274,6 +274,16 @@ TEST_F(ProgramBadInput, ADamagedCacheOfPoClIsNamed) {
   }
 }
 
+TEST_F(ProgramBadInput, PoClWithoutALinkerIsOneLineThatNamesThePath) {
+  write_particles("in.ply", block(3));
+  const Conditions bare{{{"POCL_CACHE_DIR", path("cache")}, {"PATH", ""}}};
+  const Outcome outcome = run({"extract", "in.ply", "-q", "--size", "64x48", "-o", "a.png",
+                               "--device", "cpu", "--method", "spheres"},
+                              bare);
+  if (outcome.exit_code == 0) GTEST_SKIP() << "no PoCL, or one that links by itself";
+  EXPECT_THAT(outcome.err, HasSubstr("because PATH is not set, where PoCL looks for the linker"));
+}
+
 // LLVM ended the process on a thread that builds, and what runs at exit waited for the others.
 TEST_F(ProgramBadInput, AFullDiskUnderTheCacheOfPoClIsOneLine) {
   write_particles("in.ply", block(3));

@@ -38,6 +38,7 @@ TEST_F(Sequence, WrongUseIsNamed) {
     for (const char* command : {"extract", "mesh"})
       expect_error(run({command, absent, "-o", "o.####.ply"}), 1,
                    {std::string(absent) + ": no such file or folder"});
+  expect_error(run({"extract", "-", "-o", "o.exr"}), 1, {"-: standard input is not read"});
   expect_error(run({"extract", "d.000?.ply", "-o", "o.exr"}), 1,
                {"d.000?.ply: no such file or folder (a sequence is written as dam.####.ply"});
   expect_error(run(words({"--timings"})), 2, {"--timings of a sequence", "--log"});
