@@ -91,6 +91,12 @@ std::string program_cache_folder() {
   return "";
 }
 
+bool keeps_programs(const std::string& folder) {
+  std::error_code ignored;
+  return !fs::exists(folder, ignored) ||
+         (is_trusted(folder) && access(folder.c_str(), W_OK | X_OK) == 0);
+}
+
 std::string find_program(const std::string& key) {
   const std::string path = path_of(key);
   if (path.empty() || !is_trusted(program_cache_folder())) return "";

@@ -15,6 +15,10 @@ std::string identity_of(const DeviceInfo& info);
 /// others may write is not used.
 std::string program_cache_folder();
 
+/// Whether entries can be kept in that folder: where it is there, it is this user's alone, and may
+/// be written into.
+bool keeps_programs(const std::string& folder);
+
 /// What was kept under `key`, the whole description of what an entry depends on. Empty: nothing, or
 /// it is damaged.
 std::string find_program(const std::string& key);

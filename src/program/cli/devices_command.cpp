@@ -79,7 +79,10 @@ void show_devices(bool json) {
       printed("\nThe default is %d: %s. Choose another by --device with its number, a part of its "
               "name, cpu or gpu.\n",
               chosen, why.c_str()));
-  if (const std::string folder = program_cache_folder(); !folder.empty())
+  if (const std::string folder = program_cache_folder(); !keeps_programs(folder))
+    print_line(stdout, "Built kernels are not kept: " + folder +
+                           " must be a folder that this user alone may write into.");
+  else if (!folder.empty())
     print_line(stdout, "Built kernels are kept in " + folder + "; remove it to build them anew.");
 }
 

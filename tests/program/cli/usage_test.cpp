@@ -104,6 +104,14 @@ TEST_F(ProgramUsage, ListsDevicesAndSaysWhyOneIsTheDefault) {
   EXPECT_THAT(outcome.out, HasSubstr("fastest kind found"));
 }
 
+TEST_F(ProgramUsage, DevicesSaysWhereBuiltKernelsAreKeptAndWhereTheyAreNot) {
+  std::filesystem::create_directory(path("cache"));
+  const Conditions there{{{"MENISCUS_CACHE_DIR", path("cache")}}};
+  EXPECT_THAT(run({"devices"}, there).out, HasSubstr("kept in " + path("cache") + "; remove it"));
+  std::filesystem::permissions(path("cache"), std::filesystem::perms::all);  // others may write
+  EXPECT_THAT(run({"devices"}, there).out, HasSubstr("not kept: " + path("cache") + " must be"));
+}
+
 TEST_F(ProgramUsage, FullStandardOutputIsAnError) {
   for (const char* what : {" devices", " --help"}) {
     const std::string command =
