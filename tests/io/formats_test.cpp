@@ -116,7 +116,7 @@ TEST_F(FormatsOnDisk, CutAnywhereAreErrorsOrWhole) {
   for (const char* name :
        {"vtk_raw_zlib.vtp", "vtk_base64_zlib.vtp", "vtk_inline.vtp", "numpy_six.npy",
         "numpy_stored.npz", "numpy_deflated.npz", "Part_wide_0001.bi4", "fluidparticles000001.ffp3",
-        "lammps.lammpstrj", "pysph.hdf5", "houdini.bgeo", "houdini.bgeo.sc"}) {
+        "lammps.lammpstrj", "lammps_timed.dump", "pysph.hdf5", "houdini.bgeo", "houdini.bgeo.sc"}) {
     const std::string bytes = content(sample(name));
     // All that can be left out is what follows the values: closing tags, a second group.
     cut_everywhere(
