@@ -6,7 +6,7 @@ import json
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
-from os import PathLike, fspath
+from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._errors import InvalidArgument
+from ._files import name_of
 
 if TYPE_CHECKING:
     from ._particles import Particles
@@ -110,7 +111,7 @@ class Camera:
     @staticmethod
     def read(path: str | PathLike[str]) -> Camera:
         """The camera of a JSON file, as the program's --camera takes it. Raises InputError."""
-        return _camera_of(_core.read_camera(fspath(path)))
+        return _camera_of(_core.read_camera(name_of(path)))
 
     @staticmethod
     def from_json(text: str) -> Camera:

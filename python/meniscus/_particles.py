@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from os import PathLike, fspath
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._errors import InvalidArgument
+from ._files import name_of
 
 _Place = tuple[int, int, int, int, bool]
 
@@ -159,7 +160,7 @@ def read_particles(path: str | PathLike[str], particle_radius: float = 0, *,
     Raises InputError: file, place in it, what was found, what was wanted.
     """
     return Particles(_core.read_particles(
-        fspath(path), *_reading(particle_radius, attributes, dataset, timestep)))
+        name_of(path), *_reading(particle_radius, attributes, dataset, timestep)))
 
 
 def open_particles(path: str | PathLike[str], particle_radius: float = 0, *,
@@ -169,7 +170,7 @@ def open_particles(path: str | PathLike[str], particle_radius: float = 0, *,
     as a binary .ply, is left on disk, and extract() reads it in parts. A * in the path stands for
     all parts of one frame."""
     return Particles(_core.open_particles(
-        fspath(path), *_reading(particle_radius, attributes, dataset, timestep)))
+        name_of(path), *_reading(particle_radius, attributes, dataset, timestep)))
 
 
 def frame_of(points: ArrayLike | Particles, velocities: ArrayLike | None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from . import _core
 from ._camera import Camera, _camera_of
 from ._errors import InvalidArgument, Notice, OutputError
+from ._files import name_of
 
 _MESHES = (".ply", ".vtp", ".glb", ".obj", ".stl")
 
@@ -50,7 +51,7 @@ class Mesh:
     def write(self, path: str | PathLike[str]) -> None:
         """Writes .ply, .vtp, .glb, .obj or .stl, by the ending. The file appears under its name when
         it is complete. Raises OutputError, InvalidArgument."""
-        self._bare.write_mesh(fspath(path))
+        self._bare.write_mesh(name_of(path))
 
 
 def mesh_of(bare: _core.Surface) -> Mesh:
@@ -214,7 +215,7 @@ class Surface:
 
         The file appears under its name when it is complete. Raises OutputError, InvalidArgument.
         """
-        name = fspath(path)
+        name = name_of(path)
         ending = Path(name).suffix.lower()
         if name.lower().endswith(".deep.exr"):
             self._bare.write_deep_exr(name)
@@ -231,7 +232,7 @@ class Surface:
 
 def read_exr(path: str | PathLike[str]) -> Surface:
     """Reads the maps and the camera that write() put into an .exr; the mesh stays empty."""
-    return Surface(_core.read_exr(fspath(path)))
+    return Surface(_core.read_exr(name_of(path)))
 
 
 def write(path: str | PathLike[str], surface: Surface, **options: Any) -> None:

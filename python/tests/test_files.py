@@ -166,6 +166,12 @@ def test_what_cannot_be_written_is_said(points, camera, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_names_of_files_are_text_or_said_not_to_be(dam, tmp_path):
+    assert meniscus.read_particles(os.fsencode(dam)).size == meniscus.read_particles(dam).size
+    with pytest.raises(meniscus.InvalidArgument, match=r"dam.udcff.ply': the name is no UTF-8"):
+        meniscus.read_particles(os.fsdecode(b"dam\xff.ply"))
+
+
 def test_the_program_is_in_the_package():
     said = subprocess.run([program(), "--version"], capture_output=True, text=True, check=True)
     assert said.stdout == f"meniscus {meniscus.__version__}\n"

@@ -1,0 +1,17 @@
+"""Names of files."""
+
+from __future__ import annotations
+
+from os import PathLike, fsdecode
+
+from ._errors import InvalidArgument
+
+
+def name_of(path: str | PathLike[str]) -> str:
+    """The name as the library takes it. Raises InvalidArgument for one of bytes that are no UTF-8."""
+    name = fsdecode(path)
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        raise InvalidArgument(f"{name!r}: the name is no UTF-8, must be (rename it)") from None
+    return name
