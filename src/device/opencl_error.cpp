@@ -8,6 +8,8 @@
 #include <sstream>
 #include <utility>
 
+#include "meniscus/error.hpp"
+
 namespace meniscus {
 namespace {
 
