@@ -276,6 +276,7 @@ RECORD(SheetMeans) {
 RECORD(BendScores) {
   int fits;
   SheetWeights near;  // over which evidence is averaged
+  float across;       // over which normals are, to that of a ridge, radii; at least near.reach
   float noise;        // squared distance that irregular particles add, radii^2
   float rounder;      // is added to the scores of irregular particles
 };

@@ -12,6 +12,7 @@ typedef struct {
   global const float* share;   // [n]
   global const float* value;   // [values][n]
   SheetWeights weights;
+  float across;  // radii: bends within count for the direction of a ridge, with 4 values
 } Fits;
 
 // Fits that ask for means.
@@ -22,6 +23,7 @@ typedef struct {
 // Sums of the weights of fits, and of what they weigh; or means.
 typedef struct {
   floatv weight, a, b, c, d;
+  floatv nx, ny, nz;  // sum of normals where they bend, with 4 values
 } Sums;
 
 // Adds the listed fits to the sums of those that ask.
@@ -32,10 +34,11 @@ inline void add_fits(const Fits fits, const int* item, const int count, const As
   for (int k = 0; k < count; ++k) {
     const int p = item[k];
     const floatv dx = at.x - fits.cells.x[p], dy = at.y - fits.cells.y[p], dz = at.z - fits.cells.z[p];
-    const floatv near = 1.0f - sqrt(dx * dx + dy * dy + dz * dz) * (1.0f / fits.weights.reach);
+    const floatv l2 = dx * dx + dy * dy + dz * dz;
+    const floatv near = 1.0f - sqrt(l2) * (1.0f / fits.weights.reach);
     const floatv same = at.nx * normal[p] + at.ny * normal[n + p] + at.nz * normal[2 * n + p];
-    const floatv w = fits.share[p] * larger(near, (floatv)(0.0f)) *
-                     smooth_step(fits.weights.low, fits.weights.high, same);
+    const floatv alike = smooth_step(fits.weights.low, fits.weights.high, same);
+    const floatv w = fits.share[p] * larger(near, (floatv)(0.0f)) * alike;
     sums.weight += w;
     sums.a += w * fits.value[p];
     if (fits.values == 1) continue;
@@ -43,6 +46,12 @@ inline void add_fits(const Fits fits, const int* item, const int count, const As
     sums.c += w * fits.value[2 * n + p];
     if (fits.values == 3) continue;
     sums.d += w * fits.value[3 * n + p];
+    const float bend = fits.value[2 * n + p];
+    const floatv inside = larger(1.0f - l2 * (1.0f / (fits.across * fits.across)), (floatv)(0.0f));
+    const floatv turn = fits.share[p] * inside * alike * (bend * bend);
+    sums.nx += turn * normal[p];
+    sums.ny += turn * normal[n + p];
+    sums.nz += turn * normal[2 * n + p];
   }
   *result = sums;
 }
@@ -53,7 +62,8 @@ inline Sums means_around(const Fits fits, const Together own, const Asking at) {
   const Cells cells = fits.cells;
   const floatv none = (floatv)(0.0f);
   const Box box = box_of(at.x, at.y, at.z, own.used);
-  Sums sums = {none, none, none, none, none};
+  Sums sums = {none, none, none, none, none, none, none, none};
+  const float reach = fits.values == 4 ? fits.across : fits.weights.reach;
   int item[AT_A_TIME + 2 * WIDTH], count = 0;
   for (int k = -1; k <= 1; ++k)
     for (int j = -1; j <= 1; ++j) {
@@ -63,7 +73,7 @@ inline Sums means_around(const Fits fits, const Together own, const Asking at) {
         for (int p = row.begin; p < row.end; p += WIDTH) {
           const intv counts = (LOADF(fits.share + p) > 0.0f) & (LANES < (float)(row.end - p));
           if (!ANY(counts)) continue;
-          count = append(counts & near_box(box, cells, p, fits.weights.reach) &
+          count = append(counts & near_box(box, cells, p, reach) &
                              SAME_ROW(LOADI((global const int*)cells.tag + p), tag),
                          p, item, count);
           if (count < AT_A_TIME) continue;
@@ -74,7 +84,7 @@ inline Sums means_around(const Fits fits, const Together own, const Asking at) {
   add_fits(fits, item, count, at, &sums);
   const floatv scale = SELECT(none, 1.0f / sums.weight, sums.weight > 0.0f);
   const Sums means = {sums.weight, sums.a * scale, sums.b * scale, sums.c * scale,
-                      sums.d * scale};
+                      sums.d * scale, sums.nx, sums.ny, sums.nz};
   return means;
 }
 
@@ -100,7 +110,7 @@ kernel void average_on_sheets(
     global const float* value,   // [values][n]
     const SheetMeans by) {
   const int n = by.fits;
-  const Fits fits = {CELLS_OF(cell_), n, by.values, normal, share, value, by.weights};
+  const Fits fits = {CELLS_OF(cell_), n, by.values, normal, share, value, by.weights, 0.0f};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   for (int first = begin; first < end;) {
     const Together own = particles_together(fits.cells, SPAN, first, end, n);
@@ -145,13 +155,14 @@ inline floatv say_of(const floatv bend) {
 
 // The evidence for one quadric or two sheets (measure_evidence) is averaged over the sheet around each fit
 // and scored. What it says goes into a sheet of wider cells: how much it counts, 0 where nothing bends; the
-// score; and how far it bends, 0 .. 1.
+// score; and how far it bends, 0 .. 1. Its normal there is that of the ridge near by, the mean of the normals
+// where they bend most: both faces of an edge have the same, and so they count the same scores.
 kernel void score_bends(CELLS(cell_), global const float* normal,  // as for average_on_sheets
                         global const float* share, global const float* value,
                         IN_SHEET(to, toward, bent_share, bent_value),  // [fits]
                         const BendScores by) {
   const int n = by.fits;
-  const Fits fits = {CELLS_OF(cell_), n, 4, normal, share, value, by.near};
+  const Fits fits = {CELLS_OF(cell_), n, 4, normal, share, value, by.near, by.across};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   for (int first = begin; first < end;) {
     const Together own = particles_together(fits.cells, SPAN, first, end, n);
@@ -163,9 +174,12 @@ kernel void score_bends(CELLS(cell_), global const float* normal,  // as for ave
                          by.rounder;
     int place[WIDTH];
     STOREI(LOADI(to + first), place);
-    scatter_float(at.nx, toward, place, own.used);
-    scatter_float(at.ny, toward + n, place, own.used);
-    scatter_float(at.nz, toward + 2 * n, place, own.used);
+    const floatv size2 = means.nx * means.nx + means.ny * means.ny + means.nz * means.nz;
+    const intv turns = size2 > 1e-20f;
+    const floatv scale = 1.0f / sqrt(SELECT((floatv)(1.0f), size2, turns));
+    scatter_float(SELECT(at.nx, means.nx * scale, turns), toward, place, own.used);
+    scatter_float(SELECT(at.ny, means.ny * scale, turns), toward + n, place, own.used);
+    scatter_float(SELECT(at.nz, means.nz * scale, turns), toward + 2 * n, place, own.used);
     scatter_float(LOADF(share + first) * bends * say_of(bend), bent_share, place, own.used);
     scatter_float(score, bent_value, place, own.used);
     scatter_float(bends, bent_value + n, place, own.used);
@@ -183,7 +197,7 @@ kernel void tell_roundness(global float* surface,  // [particles][4] normals, in
                            global const int* particle,  // [n] in the surface
                            const SheetMeans by) {
   const int n = by.fits;
-  const Fits fits = {CELLS_OF(cell_), n, 1, normal, share, value, by.weights};
+  const Fits fits = {CELLS_OF(cell_), n, 1, normal, share, value, by.weights, 0.0f};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   int bent[BLOCK + 2 * WIDTH], count = 0;
   for (int p = begin; p < end; p += WIDTH)

@@ -14,7 +14,7 @@ constexpr std::size_t kModel = 12;  // floats of a trial fit, as in roundness.cl
 // Over which fits evidence is averaged, and over which the bent places' scores. Fits beyond a rim
 // count up to 100 degrees: a rim turns by 180.
 constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{kBentSheet, -0.6f, -0.2f};
-static_assert(kEvidenceSheet <= kResidualReach);
+static_assert(kEvidenceSheet <= kRidgeReach && kRidgeReach <= kResidualReach);
 
 // What irregular particles add to both squares (score_bends): this times d (1 - d / 2), d their
 // disorder up to 1 (the more there is, the more it was evened out).
@@ -135,7 +135,7 @@ SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlac
                          allocate<float>(device, 2 * n)};
   launch(device, kernels::score_bends, width, range_of_blocks(n, width), sheet.cells->cells, toward,
          share, value, InSheet{trials.to, scored.normal, scored.share, scored.value},
-         records::BendScores{sheet.fits(), kNear, static_cast<float>(noise),
+         records::BendScores{sheet.fits(), kNear, kRidgeReach, static_cast<float>(noise),
                              static_cast<float>(rounder)});
   return scored;
 }

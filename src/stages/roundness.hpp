@@ -15,9 +15,12 @@ inline constexpr double kTrialReach = 6;
 /// Over which fits evidence is averaged first, particle radii.
 inline constexpr float kEvidenceSheet = 5;
 
+/// Over which fits normals are averaged to that of a ridge, particle radii.
+inline constexpr float kRidgeReach = 6;
+
 /// Whose trial fits tell of a particle, and over which fits the bent places' scores are averaged,
 /// particle radii.
-inline constexpr float kEvidenceReach = 4.5f, kBentSheet = 40;
+inline constexpr float kEvidenceReach = 4.5f, kBentSheet = 36;
 
 /// What trial fits need of places alone.
 struct TrialPlaces {
@@ -62,13 +65,15 @@ Evidence measure_evidence(Device& device, const FitSurface& surface, const Trial
 /// `trials`; bends of about .04 count most, where nothing bends nothing does (kernel score_bends).
 /// Irregular particles miss any surface: both squares are less by a = .045 d (1 - d/2), d their
 /// disorder (relax.hpp) up to 1, down to .011. They bend by more: B is .12 + 10 a. They count as
-/// rounder: b is .6 d^1.5 up to d = 1 and goes to 1.3 at d = 2. Does not wait. Throws DeviceError.
+/// rounder: b is .6 d^1.5 up to d = 1 and goes to 1.3 at d = 2. The sheet's normals are those of
+/// ridges: means over the same fits within 6 with weights (1 - (l/6)^2) bend^2, which both faces of
+/// an edge have in common. Does not wait. Throws DeviceError.
 SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlaces& trials,
                       const FitParams& params, const BlendParams& blend, double disorder = 0);
 
 /// Puts the roundness of each particle that is tried, 0 .. 1, behind its normal (FitRecords): 0
 /// where two sheets meet or the surface is flat, 1 where one quadric goes round a bend. With the
-/// mean score of the bent places within 40: smoothstep(2, 2.24, score) as far as it bends
+/// mean score of the bent places within 36: smoothstep(2, 2.24, score) as far as it bends
 /// (kernel tell_roundness). Does not wait. Throws DeviceError.
 void tell_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
                     const FitSurface& surface);

@@ -104,6 +104,38 @@ inline double two_sheets(const std::vector<TrialFit>& fits, std::size_t own) {
   return of_a + meets * (b.squares / b.weight - of_a);
 }
 
+/// The unit normal of the ridge near fit k, and how far each of a float's coordinates may be from
+/// it: the sum of normals within `reach`, weights share (1 - (l / reach)^2) bend^2
+/// smoothstep(low, high, n.n'). Its own normal, without an error, where nothing bends.
+struct RidgeNormal {
+  Vec3d normal;
+  double error = 0;
+};
+
+inline RidgeNormal ridge_normal(const std::vector<Vec3d>& position,
+                                const std::vector<Vec3d>& normal, const std::vector<float>& share,
+                                const std::vector<float>& bend, std::size_t k,
+                                const SheetWeights& weights, double reach) {
+  // As for sheet_mean(); bends of 0 are off by nothing.
+  const double slope = 1.5 / (static_cast<double>(weights.high) - weights.low);
+  Vec3d sum;
+  double total = 0, off = 0;
+  for (std::size_t j = 0; j < position.size(); ++j) {
+    const double l = length(position[j] - position[k]) / reach;
+    if (l >= 1 + 1e-3) continue;
+    const double bent = share[j] * static_cast<double>(bend[j]) * bend[j];
+    off += (4 * slope + 20) * kEpsilon * bent;
+    const double w = bent * std::max(0.0, 1 - l * l) *
+                     smooth_step(weights.low, weights.high, dot(normal[j], normal[k]));
+    sum += normal[j] * w;
+    total += w;
+  }
+  const double size = length(sum);
+  if (!(size > 0)) return {normal[k], 0};
+  const double rounding = static_cast<double>(position.size() + 10) * kEpsilon * total;
+  return {sum / size, 2 * (off + rounding) / size};
+}
+
 /// A value, and how far floats may be from it.
 struct Estimate {
   double value = 0, error = 0;
