@@ -134,15 +134,11 @@ int edge_of(int axis, int b, int c) {
   return kCellTables.edge_between[corner][corner | 1 << axis];
 }
 
-bool values_of(const SpaceGrid& grid, std::size_t block, int bit, CornerValues& value) {
-  for (int c = 0; c < 8; ++c) {
-    const Corner corner = corner_of_cell(grid, block, bit, c);
-    if (corner.block == kNoBlock) return false;
-    const std::uint64_t known = grid.blocks[static_cast<std::size_t>(corner.block)].known;
-    if ((known >> corner.bit & 1) == 0) return false;
-    value[static_cast<std::size_t>(c)] = value_at(grid, corner);
-  }
-  return true;
+CornerValues values_of(const SpaceGrid& grid, std::size_t block, int bit) {
+  CornerValues value;
+  for (int c = 0; c < 8; ++c)
+    value[static_cast<std::size_t>(c)] = value_at(grid, corner_of_cell(grid, block, bit, c));
+  return value;
 }
 
 // Pieces cut off either both outer corners or both inner ones.

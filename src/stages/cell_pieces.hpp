@@ -59,8 +59,8 @@ inline Corner corner_of_cell(const SpaceGrid& grid, std::size_t block, int bit, 
   return {grid.around[block][place.around], place.bit};
 }
 
-/// The values at a cell's corners. Returns whether all are known.
-bool values_of(const SpaceGrid& grid, std::size_t block, int bit, CornerValues& value);
+/// The values at a cell's corners, which are all known.
+CornerValues values_of(const SpaceGrid& grid, std::size_t block, int bit);
 
 /// Of a face whose corners are alternately inside and outside: which edge (a place in
 /// CellTables::edges) each one goes on to.

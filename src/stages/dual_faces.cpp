@@ -17,8 +17,7 @@ class VerticesBetween {
   /// The vertex in the second edge through a doubled face of `cell`, if `edge` belongs to that one.
   std::optional<std::uint32_t> at(std::uint32_t cell, int face, int edge, std::int32_t block) {
     const SurfaceCell& of = mesh_.cells[cell];
-    CornerValues value;
-    values_of(grid_, static_cast<std::size_t>(of.block), of.bit, value);
+    const CornerValues value = values_of(grid_, static_cast<std::size_t>(of.block), of.bit);
     const std::array<int, 4> to = partners(value, face);
     const auto& around = kCellTables.edges[face];
     // The second one is the one without the face's first edge.

@@ -102,45 +102,53 @@ void place_vertex(const SpaceGrid& grid, const CrossedEdges& edges, const Surfac
   mesh.sharp[vertex] = rank > 1;
 }
 
-// Those cells of a block whose corners are all known, their vertices not numbered yet. The surface
-// passes through them.
-std::vector<SurfaceCell> find_cells(const SpaceGrid& grid, std::size_t block,
-                                    std::uint64_t wanted) {
-  std::vector<SurfaceCell> cells;
-  cells.reserve(static_cast<std::size_t>(std::popcount(wanted)));
-  each_bit(wanted, [&](int bit) {
-    CornerValues value;
-    if (!values_of(grid, block, bit, value)) return;
-    SurfaceCell cell;
-    cell.block = static_cast<std::int32_t>(block);
-    cell.bit = static_cast<std::uint8_t>(bit);
-    find_pieces(value, cell);
-    cells.push_back(cell);
-  });
+// The cells whose eight corners are all known: masks of their lowest corners, by block.
+std::vector<std::uint64_t> known_cells(const SpaceGrid& grid) {
+  const std::size_t blocks = grid.blocks.size();
+  std::vector<std::uint64_t> cells(blocks), corners(blocks);
+  for (std::size_t b = 0; b < blocks; ++b) cells[b] = grid.blocks[b].known;
+  for (int axis = 0; axis < 3; ++axis) {
+    corners = cells;
+    for (std::size_t b = 0; b < blocks; ++b) {
+      const std::int32_t next = next_block(grid, b, axis);
+      cells[b] &=
+          of_next(corners[b], next == kNoBlock ? 0 : corners[static_cast<std::size_t>(next)], axis);
+    }
+  }
   return cells;
 }
 
-// A mesh of the cells around some edges, with room for their vertices.
+// A mesh of the cells around some edges, with room for their vertices. The surface passes through
+// these cells.
 DualMesh list_cells(const SpaceGrid& grid, const CrossedEdges& edges,
                     const std::vector<std::uint32_t>& some) {
   const std::size_t blocks = grid.blocks.size();
-  const std::vector<std::uint64_t> wanted = cells_of(grid, edges, some);
-  std::vector<std::vector<SurfaceCell>> found(blocks);
-  parallel_for(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) found[b] = find_cells(grid, b, wanted[b]);
-  });
   DualMesh mesh;
-  mesh.mask.resize(blocks);
+  mesh.mask = cells_of(grid, edges, some);
   mesh.first_cell.resize(blocks);
-  std::uint32_t vertices = 0;
+  const std::vector<std::uint64_t> known = known_cells(grid);
+  std::uint32_t cells = 0;
   for (std::size_t b = 0; b < blocks; ++b) {
-    mesh.first_cell[b] = static_cast<std::uint32_t>(mesh.cells.size());
-    for (SurfaceCell& cell : found[b]) {
-      mesh.mask[b] |= std::uint64_t{1} << cell.bit;
-      cell.first = vertices;
-      vertices += cell.pieces;
-      mesh.cells.push_back(cell);
+    mesh.mask[b] &= known[b];
+    mesh.first_cell[b] = cells;
+    cells += static_cast<std::uint32_t>(std::popcount(mesh.mask[b]));
+  }
+  mesh.cells.resize(cells);
+  parallel_for(blocks, kGrain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      std::size_t place = mesh.first_cell[b];
+      each_bit(mesh.mask[b], [&](int bit) {
+        SurfaceCell& cell = mesh.cells[place++];
+        cell.block = static_cast<std::int32_t>(b);
+        cell.bit = static_cast<std::uint8_t>(bit);
+        find_pieces(values_of(grid, b, bit), cell);
+      });
     }
+  });
+  std::uint32_t vertices = 0;
+  for (SurfaceCell& cell : mesh.cells) {
+    cell.first = vertices;
+    vertices += cell.pieces;
   }
   mesh.position.resize(vertices);
   mesh.normal.resize(vertices);
