@@ -104,10 +104,10 @@ inline int list_more(Search* s, const Cells cells, int* item) {
   return count;
 }
 
-// Adds the listed particles.
+// Adds the listed particles. Without the gradient what it has means nothing.
 inline void add_fields(const Cells cells, global const float* weight, const int* item,
                        const int count, const floatv x, const floatv y, const floatv z,
-                       Fields* result) {
+                       const int with_gradient, Fields* result) {
   Fields sum = *result;
   for (int k = 0; k < count; ++k) {
     const int p = item[k];
@@ -121,6 +121,7 @@ inline void add_fields(const Cells cells, global const float* weight, const int*
     const floatv c = share * (vv * v);
     sum.c += c;
     sum.l = fma((floatv)(w), c, sum.l);
+    if (!with_gradient) continue;
     const floatv cubic = fma((floatv)(-3.0f * W3), v, (floatv)(-2.5f * W2));
     const floatv g = fma(fma(cubic, v, (floatv)(-2.0f * W1)), v, (floatv)(-1.5f * W0)) * (vv * w);
     sum.gx = fma(g, dx, sum.gx);
@@ -373,8 +374,15 @@ inline void implicit_at(const Cells cells, global const float* weight, const Fit
   int item[LISTED + 2 * WIDTH], count;
   Search search = search_of(cells, box_of(x, y, z, wanted), SUPPORT);
   Fields sum = {none, none, none, none, none};
+  if (fits.reach < 0.0f) {  // ImplicitFunction::alone
+    while ((count = list_more(&search, cells, item)) > 0)
+      add_fields(cells, weight, item, count, x, y, z, 0, &sum);
+    const Level level = {1.0f - sum.l * (NORM / limits.y), none, none, none};
+    *result = level;
+    return;
+  }
   while ((count = list_more(&search, cells, item)) > 0)
-    add_fields(cells, weight, item, count, x, y, z, &sum);
+    add_fields(cells, weight, item, count, x, y, z, 1, &sum);
   const floatv c = sum.c * (NORM * of.mass), l = sum.l * (NORM / limits.y);
   const float steep = -4.0f * NORM / limits.y;
   const floatv gx = sum.gx * steep, gy = sum.gy * steep, gz = sum.gz * steep;

@@ -73,7 +73,7 @@ std::size_t points_together(Device& device) {
 
 Levels measure_implicit(Device& device, const ImplicitFunction& function, const Points& points) {
   const std::size_t n = points.size();
-  Levels levels{std::vector<float>(n), std::vector<Vec3>(n)};
+  Levels levels{std::vector<float>(n), std::vector<Vec3>(function.alone ? 0 : n)};
   const int width = device.state().wide_width();
   const DeviceCells &feet = function.feet, &cells = function.levelled;
   for (std::size_t first = 0; first < n; first += kChunk) {
@@ -100,7 +100,7 @@ Levels measure_implicit(Device& device, const ImplicitFunction& function, const 
            of);
     const HostView found(device, result);
     std::copy_n(found.data(), count, levels.value.data() + first);
-    for (std::size_t k = 0; k < count; ++k)
+    for (std::size_t k = 0; k < count && !function.alone; ++k)
       levels.gradient[first + k] = {found[stride + k], found[2 * stride + k],
                                     found[3 * stride + k]};
   }

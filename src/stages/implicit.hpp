@@ -20,7 +20,9 @@ struct ImplicitFunction {
   DeviceCells levelled;          // all particles, see level_cells()
   cl_float2 limits{}, sheets{};  // see implicit.cl
   float mass = 1, disorder = 0;  // of the particles, see implicit.cl
-  bool alone = false;            // the field speaks alone: F is asked for less than exactly
+  /// Only where F changes its sign is asked, and the levelled field alone: F is what that lacks of
+  /// 1, which is no distance, and has no gradient.
+  bool alone = false;
 };
 
 /// Whether fit k counts: untrusted ones do not.
@@ -50,7 +52,7 @@ struct Points {
 /// F and the unit vector along its gradient at points.
 struct Levels {
   std::vector<float> value;    // [n] particle radii, < 0 inside the fluid; a distance near F = 0
-  std::vector<Vec3> gradient;  // [n] unit, outward; zero where F is flat
+  std::vector<Vec3> gradient;  // [n] unit, outward; zero where F is flat; none of a field alone
 };
 
 /// How many points in a row measure_implicit() takes at a time on a device. Those that lie in
