@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
 
 #include "base/x86.hpp"
 #include "stages/stage_data.hpp"
@@ -18,9 +20,18 @@ void step(Sides& sides, const Sides& by) {
 
 bool is_inside(const Sides& within) { return (within[0] | within[1] | within[2]) >= 0; }
 
-// What a number is where a row begins.
-double in_row(const OnScreen& number, int row) { return number.at + row * number.down; }
-float in_row(float at, float down, int row) { return at + static_cast<float>(row) * down; }
+// A number at a pixel of a face.
+float number_at(const FaceRows& face, FaceNumber n, int k, int j) {
+  return (face.at[n] + static_cast<float>(k) * face.by_column[n]) +
+         static_cast<float>(j) * face.by_row[n];
+}
+
+// Comparisons as those of max and min in registers, of numbers that may be none.
+float depth_at(const FaceRows& face, int k, int j) {
+  const float depth = face.depth + number_at(face, kAbove, k, j) / number_at(face, kBelow, k, j);
+  const float behind = depth > face.least ? depth : face.least;
+  return behind < face.most ? behind : face.most;
+}
 
 void add_other(BandCrossings& band, std::size_t pixel, float depth, bool enters) {
   band.other_pixel[band.others] = static_cast<std::uint32_t>(2 * pixel) + (enters ? 1 : 0);
@@ -38,14 +49,8 @@ void draw_face(const FaceRows& face, const float* front, int width, BandCrossing
                       column = static_cast<std::size_t>(face.column),
                       first = row * band.stride + column;
     const float* const shown = front + row * static_cast<std::size_t>(width) + column;
-    const double above = in_row(face.above, j), below = in_row(face.below, j);
-    const std::array<float, 3> normal{in_row(face.normal.x, face.normal_down.x, j),
-                                      in_row(face.normal.y, face.normal_down.y, j),
-                                      in_row(face.normal.z, face.normal_down.z, j)},
-        to_right{face.normal_to_right.x, face.normal_to_right.y, face.normal_to_right.z};
     for (; k < face.columns && is_inside(within); ++k, step(within, face.to_right)) {
-      const auto depth =
-          static_cast<float>((above + k * face.above.to_right) / (below + k * face.below.to_right));
+      const float depth = depth_at(face, k, j);
       if (!(depth > shown[k] + face.nearest)) continue;
       const std::size_t pixel = first + static_cast<std::size_t>(k);
       if (face.enters) {
@@ -56,7 +61,7 @@ void draw_face(const FaceRows& face, const float* front, int width, BandCrossing
       const std::size_t at = is_first ? pixel : band.others;
       std::array<std::vector<float>, 3>& normals = is_first ? band.normal : band.other_normal;
       for (std::size_t axis = 0; axis < 3; ++axis)
-        normals[axis][at] = normal[axis] + static_cast<float>(k) * to_right[axis];
+        normals[axis][at] = number_at(face, static_cast<FaceNumber>(kNormalX + axis), k, j);
       if (is_first)
         band.exit[pixel] = depth;
       else
@@ -90,33 +95,43 @@ std::uint32_t fill_once(const View& view, const RowPart& part, const BandCrossin
 }
 
 #ifdef MENISCUS_X86
-// Eight pixels at a time, without jumps, which would be mispredicted in each row. What others there
-// are moves together in registers, which are stored whole.
+// Whether what its pixels are told from fits in 32 bits.
+bool is_small(const FaceRows& face) {
+  bool fits = true;
+  for (std::size_t s = 0; s < 3; ++s)
+    fits &= std::abs(face.within[s]) + face.columns * std::abs(face.to_right[s]) +
+                face.rows * std::abs(face.down[s]) <=
+            std::numeric_limits<std::int32_t>::max();
+  return fits;
+}
+
+// Sixteen pixels at a time, without jumps, which would be mispredicted in each row. What others
+// there are moves together in registers, which are stored whole.
 __attribute__((target("avx512f"))) void draw_face_avx512(const FaceRows& face, const float* front,
                                                          int width, BandCrossings& band) {
-  constexpr int kLanes = 8;
-  const __m512 none = _mm512_set1_ps(kNoSurface), nearest = _mm512_set1_ps(face.nearest);
+  if (!is_small(face)) return draw_face(face, front, width, band);
+  constexpr int kLanes = 16;
+  const __m512 none = _mm512_set1_ps(kNoSurface), nearest = _mm512_set1_ps(face.nearest),
+               corner = _mm512_set1_ps(face.depth), least = _mm512_set1_ps(face.least),
+               most = _mm512_set1_ps(face.most);
   const __m512i lanes = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
   for (int begin = 0; begin < face.columns; begin += kLanes) {
-    const std::uint32_t there = (1u << std::min(face.columns - begin, kLanes)) - 1;
-    const __m512d k_double =
-        _mm512_add_pd(_mm512_setr_pd(0, 1, 2, 3, 4, 5, 6, 7), _mm512_set1_pd(begin));
-    const __m512 k_float =
-        _mm512_maskz_cvtepi32_ps(0xff, _mm512_add_epi32(lanes, _mm512_set1_epi32(begin)));
-    const __m512d above_k = _mm512_mul_pd(k_double, _mm512_set1_pd(face.above.to_right)),
-                  below_k = _mm512_mul_pd(k_double, _mm512_set1_pd(face.below.to_right));
-    const __m512 x_k = _mm512_mul_ps(k_float, _mm512_set1_ps(face.normal_to_right.x)),
-                 y_k = _mm512_mul_ps(k_float, _mm512_set1_ps(face.normal_to_right.y)),
-                 z_k = _mm512_mul_ps(k_float, _mm512_set1_ps(face.normal_to_right.z));
+    const auto there = static_cast<__mmask16>((1u << std::min(face.columns - begin, kLanes)) - 1);
+    const __m512i column = _mm512_add_epi32(lanes, _mm512_set1_epi32(begin));
+    const __m512 k = _mm512_maskz_cvtepi32_ps(0xffff, column);
     __m512i within[3], down[3];
     for (std::size_t s = 0; s < 3; ++s) {
-      const __m512i one = _mm512_set1_epi64(face.to_right[s]), two = _mm512_add_epi64(one, one),
-                    four = _mm512_add_epi64(two, two);
-      within[s] = _mm512_set1_epi64(face.within[s] + begin * face.to_right[s]);
-      within[s] = _mm512_mask_add_epi64(within[s], 0b10101010, within[s], one);
-      within[s] = _mm512_mask_add_epi64(within[s], 0b11001100, within[s], two);
-      within[s] = _mm512_mask_add_epi64(within[s], 0b11110000, within[s], four);
-      down[s] = _mm512_set1_epi64(face.down[s]);
+      const auto at = static_cast<int>(face.within[s]),
+                 to_right = static_cast<int>(face.to_right[s]);
+      within[s] = _mm512_add_epi32(_mm512_set1_epi32(at),
+                                   _mm512_mullo_epi32(column, _mm512_set1_epi32(to_right)));
+      down[s] = _mm512_set1_epi32(static_cast<int>(face.down[s]));
+    }
+    __m512 first[kFaceNumbers], by_row[kFaceNumbers];
+    for (std::size_t n = 0; n < kFaceNumbers; ++n) {
+      first[n] = _mm512_add_ps(_mm512_set1_ps(face.at[n]),
+                               _mm512_mul_ps(k, _mm512_set1_ps(face.by_column[n])));
+      by_row[n] = _mm512_set1_ps(face.by_row[n]);
     }
     std::size_t pixel = static_cast<std::size_t>(face.row) * band.stride +
                         static_cast<std::size_t>(face.column + begin);
@@ -124,30 +139,31 @@ __attribute__((target("avx512f"))) void draw_face_avx512(const FaceRows& face, c
                          static_cast<std::size_t>(face.row) * static_cast<std::size_t>(width) +
                          static_cast<std::size_t>(face.column + begin);
     for (int j = 0; j < face.rows; ++j, pixel += band.stride, shown += width) {
-      const __mmask8 inside = _mm512_mask_cmpge_epi64_mask(
-          static_cast<__mmask8>(there),
-          _mm512_or_epi64(_mm512_or_epi64(within[0], within[1]), within[2]),
+      const __mmask16 inside = _mm512_mask_cmpge_epi32_mask(
+          there, _mm512_or_epi32(_mm512_or_epi32(within[0], within[1]), within[2]),
           _mm512_setzero_si512());
-      for (std::size_t s = 0; s < 3; ++s) within[s] = _mm512_add_epi64(within[s], down[s]);
-      const __m512d above = _mm512_add_pd(_mm512_set1_pd(in_row(face.above, j)), above_k),
-                    below = _mm512_add_pd(_mm512_set1_pd(in_row(face.below, j)), below_k);
-      const __m512 depth =
-          _mm512_castps256_ps512(_mm512_maskz_cvtpd_ps(0xff, _mm512_div_pd(above, below)));
-      const __m512 least = _mm512_add_ps(_mm512_maskz_loadu_ps(inside, shown), nearest);
-      const __mmask16 drawn = _mm512_mask_cmp_ps_mask(inside, depth, least, _CMP_GT_OQ);
+      for (std::size_t s = 0; s < 3; ++s) within[s] = _mm512_add_epi32(within[s], down[s]);
+      const __m512 row = _mm512_set1_ps(static_cast<float>(j));
+      const auto number = [&](std::size_t n) __attribute__((target("avx512f"))) {
+        return _mm512_add_ps(first[n], _mm512_mul_ps(row, by_row[n]));
+      };
+      __m512 depth = _mm512_add_ps(corner, _mm512_div_ps(number(kAbove), number(kBelow)));
+      depth = _mm512_maskz_min_ps(0xffff, _mm512_maskz_max_ps(0xffff, depth, least), most);
+      const __m512 behind = _mm512_add_ps(_mm512_maskz_loadu_ps(inside, shown), nearest);
+      const __mmask16 drawn = _mm512_mask_cmp_ps_mask(inside, depth, behind, _CMP_GT_OQ);
       __mmask16 rest = drawn;
       __m512 x = none, y = none, z = none;
       if (!face.enters) {
-        const __mmask16 first = _mm512_mask_cmp_ps_mask(
+        const __mmask16 is_first = _mm512_mask_cmp_ps_mask(
             drawn, _mm512_maskz_loadu_ps(drawn, &band.exit[pixel]), none, _CMP_EQ_OQ);
-        x = _mm512_add_ps(_mm512_set1_ps(in_row(face.normal.x, face.normal_down.x, j)), x_k);
-        y = _mm512_add_ps(_mm512_set1_ps(in_row(face.normal.y, face.normal_down.y, j)), y_k);
-        z = _mm512_add_ps(_mm512_set1_ps(in_row(face.normal.z, face.normal_down.z, j)), z_k);
-        _mm512_mask_storeu_ps(&band.exit[pixel], first, depth);
-        _mm512_mask_storeu_ps(&band.normal[0][pixel], first, x);
-        _mm512_mask_storeu_ps(&band.normal[1][pixel], first, y);
-        _mm512_mask_storeu_ps(&band.normal[2][pixel], first, z);
-        rest = static_cast<__mmask16>(drawn & ~first);
+        x = number(kNormalX);
+        y = number(kNormalY);
+        z = number(kNormalZ);
+        _mm512_mask_storeu_ps(&band.exit[pixel], is_first, depth);
+        _mm512_mask_storeu_ps(&band.normal[0][pixel], is_first, x);
+        _mm512_mask_storeu_ps(&band.normal[1][pixel], is_first, y);
+        _mm512_mask_storeu_ps(&band.normal[2][pixel], is_first, z);
+        rest = static_cast<__mmask16>(drawn & ~is_first);
       }
       if (rest == 0) continue;
       const __m512i places =

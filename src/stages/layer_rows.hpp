@@ -13,17 +13,11 @@
 
 namespace meniscus {
 
-/// A number that is linear on the screen: at the first pixel, by a column, by a row.
-struct OnScreen {
-  double at, to_right, down;
-
-  /// Adds `factor` times another one.
-  void add(double factor, double at_first, double by_column, double by_row) {
-    at += factor * at_first;
-    to_right += factor * by_column;
-    down += factor * by_row;
-  }
-};
+/// Numbers that are linear on the screen and belong to a face: its depth is
+/// FaceRows::depth + above / below, world units, and the outward normal of an exit, not of unit
+/// length, has three of them.
+enum FaceNumber : std::size_t { kAbove, kBelow, kNormalX, kNormalY, kNormalZ, kFaceNumbers };
+using FaceNumbers = std::array<float, kFaceNumbers>;
 
 /// The rows of a face that lie in a band.
 struct FaceRows {
@@ -32,10 +26,11 @@ struct FaceRows {
   /// How far the first pixel lies within each side, by a column, by a row, in whole numbers. Pixels
   /// lie in the face where none of the three is below 0.
   std::array<std::int64_t, 3> within, to_right, down;
-  OnScreen above, below;                      // the depth is above / below, world units
-  Vec3 normal, normal_to_right, normal_down;  // outward, not of unit length; of exits
-  float nearest;                              // crossings less than this behind the front count not
-  bool enters;                                // rays enter here
+  FaceNumbers at, by_column, by_row;  // at the first pixel, and what a column and a row add
+  float depth;                        // of one of its corners: little cancels
+  float least, most;                  // of all of them: a sliver's quotient may be anything
+  float nearest;                      // crossings less than this behind the front count not
+  bool enters;                        // rays enter here
 };
 
 /// The crossings of the rays of a band. Most rays have one behind the front, and it is an exit: the

@@ -39,8 +39,8 @@ constexpr double kCreaseNormals = 0.9063077870366499;
 // A vertex on the screen.
 struct ScreenCorner {
   std::int64_t u = 0, v = 0;  // steps
-  double depth = 0;           // world units
-  double inverse_w = 0;
+  float depth = 0;            // world units
+  float inverse_w = 0;
   Vec3d normal;  // world axes
   bool usable = false;
   bool shown = false;  // not farther behind the front of its pixel than entries that tell nothing
@@ -99,19 +99,20 @@ std::array<int, 2> pixels_between(std::int64_t a, std::int64_t b, std::int64_t c
 // The outward normals at a triangle's corners, world axes, by which its sides are multiplied: their
 // sum is linear on the screen but for its length, which means nothing. It is about as many pixels
 // as the triangle has, over its depth, so that its square is a float in any unit of length.
-std::array<Vec3d, 3> normals_of(const View& view, const DualMesh& mesh, const Face& face,
-                                const FaceCorners& corner) {
-  const double unit = (std::abs(view.w_row[2]) + std::abs(view.w_row[3])) *
-                      (1.0 / (kSubpixels * kSubpixels));  // of w, per pixel
+std::array<Vec3, 3> normals_of(const View& view, const DualMesh& mesh, const Face& face,
+                               const FaceCorners& corner) {
+  const double unit =
+      (std::abs(view.w_row[2]) + std::abs(view.w_row[3])) * (1.0 / kSubpixels);  // of w, per pixel
   const auto& [a, b, c] = face.corner;
   const Vec3d& from = mesh.position[a];
   const Vec3d flat = world_direction(view, cross(mesh.position[b] - from, mesh.position[c] - from));
   const double least = kCreaseNormals * kCreaseNormals * dot(flat, flat);
-  std::array<Vec3d, 3> normals;
+  std::array<Vec3, 3> normals;
   for (std::size_t k = 0; k < 3; ++k) {
     const double along = dot(corner[k]->normal, flat);
     const bool crease = !(along > 0 && along * along >= least);
-    normals[k] = (crease ? normalized(flat) : corner[k]->normal) * (corner[k]->inverse_w * unit);
+    normals[k] = static_cast<Vec3>((crease ? normalized(flat) : corner[k]->normal) *
+                                   (double{corner[k]->inverse_w} * unit));
   }
   return normals;
 }
@@ -129,12 +130,9 @@ ScreenMesh project_mesh(const View& view, const DualMesh& mesh, const float* fro
       if (!(-at.z > 0 && p.w > 0 && std::abs(p.u) < kFarthestPixel &&
             std::abs(p.v) < kFarthestPixel))
         continue;
-      screen.corner[k] = {std::llround(p.u * kSubpixels),
-                          std::llround(p.v * kSubpixels),
-                          -at.z * view.radius,
-                          1 / p.w,
-                          world_direction(view, mesh.normal[k]),
-                          true};
+      screen.corner[k] = {std::llround(p.u * kSubpixels),          std::llround(p.v * kSubpixels),
+                          static_cast<float>(-at.z * view.radius), static_cast<float>(1 / p.w),
+                          world_direction(view, mesh.normal[k]),   true};
     }
     // Pixels lie far from each other in memory: a loop that does nothing else waits for many at
     // once.
@@ -142,7 +140,7 @@ ScreenMesh project_mesh(const View& view, const DualMesh& mesh, const float* fro
       ScreenCorner& corner = screen.corner[k];
       const std::int64_t column = corner.u >> kSubpixelBits, row = corner.v >> kSubpixelBits;
       if (column < 0 || row < 0 || column >= view.width || row >= view.height) continue;
-      corner.shown = corner.depth <= double{front[row * view.width + column]} + least_air;
+      corner.shown = corner.depth <= front[row * view.width + column] + least_air;
     }
   });
   screen.of_band.resize(static_cast<std::size_t>((view.height + kRowsDrawn - 1) / kRowsDrawn));
@@ -172,36 +170,42 @@ FaceRows rows_of(const View& view, const DualMesh& mesh, const ScreenMesh& scree
                  int first, int behind, float least_air) {
   const FaceCorners corner = corners_of(screen, face.corner);
   const int top = std::max(first, face.rows[0]);
-  FaceRows rows;
+  FaceRows rows{};
   rows.column = face.columns[0];
   rows.columns = face.columns[1] - face.columns[0];
   rows.row = top - first;
   rows.rows = std::min(behind, face.rows[1]) - top;
   rows.enters = face.enters;
   rows.nearest = face.enters ? least_air : 0;
-  rows.within = sides_of(corner, centre_of(face.columns[0]), centre_of(top));
-  rows.above = rows.below = {0, 0, 0};
-  std::array<Vec3d, 3> normals{};  // by the side
-  if (!face.enters) normals = normals_of(view, mesh, face, corner);
-  Vec3d normal, to_right, down;
+  rows.depth = corner[0]->depth;
+  rows.least = std::min({corner[0]->depth, corner[1]->depth, corner[2]->depth});
+  rows.most = std::max({corner[0]->depth, corner[1]->depth, corner[2]->depth});
+  const Sides sides = sides_of(corner, centre_of(face.columns[0]), centre_of(top));
+  std::array<float, 3> side, by_column, by_row, below;
   for (std::size_t k = 0; k < 3; ++k) {
     const ScreenCorner &from = *corner[(k + 1) % 3], &to = *corner[(k + 2) % 3];
-    rows.to_right[k] = (from.v - to.v) * kSubpixels;
-    rows.down[k] = (to.u - from.u) * kSubpixels;
-    const auto at = static_cast<double>(rows.within[k]),
-               by_column = static_cast<double>(rows.to_right[k]),
-               by_row = static_cast<double>(rows.down[k]);
-    const double below = corner[k]->inverse_w, above = below * corner[k]->depth;
-    rows.above.add(above, at, by_column, by_row);
-    rows.below.add(below, at, by_column, by_row);
-    normal += normals[k] * at;
-    to_right += normals[k] * by_column;
-    down += normals[k] * by_row;
-    if (!owns_edge(from, to)) --rows.within[k];
+    rows.to_right[k] = from.v - to.v;
+    rows.down[k] = to.u - from.u;
+    rows.within[k] = (sides[k] - (owns_edge(from, to) ? 0 : 1)) >> kSubpixelBits;
+    side[k] = static_cast<float>(sides[k]) * (1.0f / kSubpixels);
+    by_column[k] = static_cast<float>(rows.to_right[k]);
+    by_row[k] = static_cast<float>(rows.down[k]);
+    below[k] = corner[k]->inverse_w;
   }
-  rows.normal = static_cast<Vec3>(normal);
-  rows.normal_to_right = static_cast<Vec3>(to_right);
-  rows.normal_down = static_cast<Vec3>(down);
+  // What is a at the first corner, b and c at the others.
+  const auto put = [&](FaceNumber n, float a, float b, float c) {
+    rows.at[n] = a * side[0] + b * side[1] + c * side[2];
+    rows.by_column[n] = a * by_column[0] + b * by_column[1] + c * by_column[2];
+    rows.by_row[n] = a * by_row[0] + b * by_row[1] + c * by_row[2];
+  };
+  put(kAbove, 0, below[1] * (corner[1]->depth - rows.depth),
+      below[2] * (corner[2]->depth - rows.depth));
+  put(kBelow, below[0], below[1], below[2]);
+  if (face.enters) return rows;
+  const auto [a, b, c] = normals_of(view, mesh, face, corner);
+  put(kNormalX, a.x, b.x, c.x);
+  put(kNormalY, a.y, b.y, c.y);
+  put(kNormalZ, a.z, b.z, c.z);
   return rows;
 }
 

@@ -319,11 +319,10 @@ TEST(Layers, CountAllAndKeepSome) {
   EXPECT_EQ(*std::max_element(all.count.begin(), all.count.end()), 4u);
 }
 
-// A triangle of random corners, in 4096ths of a pixel, in a band of this size.
-FaceRows random_face(std::mt19937& random, int width, int rows) {
-  constexpr std::int64_t kSteps = 4096;
-  std::uniform_int_distribution<std::int64_t> u(-4 * kSteps, (width + 4) * kSteps),
-      v(-4 * kSteps, (rows + 4) * kSteps);
+// A triangle of random corners, in `steps` of a pixel, in a band of this size.
+FaceRows random_face(std::mt19937& random, int width, int rows, std::int64_t steps) {
+  std::uniform_int_distribution<std::int64_t> u(-4 * steps, (width + 4) * steps),
+      v(-4 * steps, (rows + 4) * steps);
   std::array<std::array<std::int64_t, 2>, 3> corner{
       {{u(random), v(random)}, {u(random), v(random)}, {u(random), v(random)}}};
   FaceRows face{};
@@ -334,21 +333,20 @@ FaceRows random_face(std::mt19937& random, int width, int rows) {
   face.rows = rows - face.row;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto &from = corner[k], &to = corner[(k + 1) % 3];
-    face.to_right[k] = (from[1] - to[1]) * kSteps;
-    face.down[k] = (to[0] - from[0]) * kSteps;
-    face.within[k] = (to[0] - from[0]) * (face.row * kSteps + kSteps / 2 - from[1]) -
-                     (to[1] - from[1]) * (face.column * kSteps + kSteps / 2 - from[0]);
+    face.to_right[k] = from[1] - to[1];
+    face.down[k] = to[0] - from[0];
+    const std::int64_t side = (to[0] - from[0]) * (face.row * steps + steps / 2 - from[1]) -
+                              (to[1] - from[1]) * (face.column * steps + steps / 2 - from[0]);
+    face.within[k] = side / steps;
   }
   std::uniform_real_distribution<double> any(-0.02, 0.02);
-  face.above = {3 + any(random), any(random), any(random)};
-  face.below = {1, 0.1 * any(random), 0.1 * any(random)};
-  const auto vector = [&] {
-    return Vec3{static_cast<float>(any(random)), static_cast<float>(any(random)),
-                static_cast<float>(any(random))};
-  };
-  face.normal = vector();
-  face.normal_to_right = vector();
-  face.normal_down = vector();
+  const auto some = [&] { return static_cast<float>(any(random)); };
+  face.depth = 3;
+  face.least = 2.6f;
+  face.most = 3.4f;
+  face.at = {some(), 1, some(), some(), some()};
+  face.by_column = {some(), 0.1f * some(), some(), some(), some()};
+  face.by_row = {some(), 0.1f * some(), some(), some(), some()};
   face.nearest = 0.25f;
   face.enters = random() % 3 == 0;
   return face;
@@ -363,7 +361,8 @@ TEST(Layers, AreTheSameByEachLoop) {
   std::vector<float> front(kWidth * kRows);
   for (float& each : front) each = random() % 5 == 0 ? kNoSurface : depth(random);
   std::vector<FaceRows> faces;
-  for (int k = 0; k < kFaces; ++k) faces.push_back(random_face(random, kWidth, kRows));
+  for (int k = 0; k < kFaces; ++k)  // of numbers that fit in 32 bits, and of those that do not
+    faces.push_back(random_face(random, kWidth, kRows, k % 2 == 0 ? 4096 : 1 << 24));
   std::vector<BandCrossings> drawn;
   std::vector<Layers> filled;
   std::vector<std::vector<std::uint32_t>> rest;
