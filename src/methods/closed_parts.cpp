@@ -47,8 +47,9 @@ Halo halo_of(const Parameters& params, const Disorder& disorder) {
   // These normals, and supports, follow from those of the pass before.
   const double fitted =
       trusted + (params.fit.passes - 1) * std::max<double>(params.fit.support, kResidualReach);
-  // Their roundness is a mean over bent places of means over what trial fits around say.
-  const double tried = fitted + kBentSheet + kEvidenceSheet + kEvidenceReach;
+  // Their roundness is a mean over bent places of means, over a ridge at most, of what trial fits
+  // around say.
+  const double tried = fitted + kBentSheet + kRidgeReach + kEvidenceReach;
   const double surface = std::max(fitted + params.fit.support, tried + kTrialReach);
   return {fitted, tried, surface + kField + kRounding + filling_influence(disorder)};
 }
