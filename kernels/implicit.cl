@@ -374,16 +374,15 @@ inline void implicit_at(const Cells cells, global const float* weight, const Fit
   int item[LISTED + 2 * WIDTH], count;
   Search search = search_of(cells, box_of(x, y, z, wanted), SUPPORT);
   Fields sum = {none, none, none, none, none};
-  if (fits.reach < 0.0f) {  // ImplicitFunction::alone
-    while ((count = list_more(&search, cells, item)) > 0)
-      add_fields(cells, weight, item, count, x, y, z, 0, &sum);
-    const Level level = {1.0f - sum.l * (NORM / limits.y), none, none, none};
+  const int alone = fits.reach < 0.0f;  // as ImplicitFunction::alone
+  while ((count = list_more(&search, cells, item)) > 0)
+    add_fields(cells, weight, item, count, x, y, z, !alone, &sum);
+  const floatv c = sum.c * (NORM * of.mass), l = sum.l * (NORM / limits.y);
+  if (alone) {
+    const Level level = {1.0f - l, none, none, none};
     *result = level;
     return;
   }
-  while ((count = list_more(&search, cells, item)) > 0)
-    add_fields(cells, weight, item, count, x, y, z, 1, &sum);
-  const floatv c = sum.c * (NORM * of.mass), l = sum.l * (NORM / limits.y);
   const float steep = -4.0f * NORM / limits.y;
   const floatv gx = sum.gx * steep, gy = sum.gy * steep, gz = sum.gz * steep;
   const floatv size = sqrt(square_of(gx, gy, gz));
