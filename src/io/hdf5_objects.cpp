@@ -4,6 +4,7 @@
 #include <set>
 #include <utility>
 
+#include "base/rounded_up.hpp"
 #include "io/readers.hpp"
 
 namespace meniscus {
@@ -301,7 +302,7 @@ class Reader {
         at += 2;
       }
       const auto values = static_cast<std::size_t>(number_in(d, at + 2, 2));
-      at += 4 + (version == 1 ? (name + 7) / 8 * 8 : name) + 4 * values;
+      at += 4 + (version == 1 ? rounded_up(name, 8) : name) + 4 * values;
       if (version == 1 && values % 2) at += 4;
       data.filters.push_back(id);
       if (id < 1 || id > 3)

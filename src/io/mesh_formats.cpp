@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "base/printable.hpp"
+#include "base/rounded_up.hpp"
 #include "io/seal.hpp"
 #include "meniscus/error.hpp"
 
@@ -114,7 +115,7 @@ class GltfMesh {
 
   std::string json() const {
     std::string text = root_.dump();
-    text.resize((text.size() + 3) / 4 * 4, ' ');
+    text.resize(rounded_up(text.size(), 4), ' ');
     return text;
   }
   std::uint64_t size() const { return size_; }  // bytes of the values

@@ -6,6 +6,7 @@
 
 #include "base/order_statistics.hpp"
 #include "base/parallel.hpp"
+#include "base/rounded_up.hpp"
 #include "device/stage_clock.hpp"
 #include "device/together.hpp"
 #include "methods/layers.hpp"
@@ -61,7 +62,7 @@ Fluid measure_fluid(const Frame& frame, const WorldParticles& particles) {
   fluid.body = upload_splats(device, fluid.particles, fluid.split.body);
   clock.start("field");  // is measured while the host goes on
   const std::size_t n = fluid.particles.size();
-  fluid.measured = {device, {4 * n, (n + 15) / 16 * 16}};  // whole vectors to fill
+  fluid.measured = {device, {4 * n, rounded_up(n, 16)}};  // whole vectors to fill
   fluid.levelled = level_cells(
       device, fluid.cells, Measured::near_air, for_disorder(params.region, fluid.disorder),
       fluid.measured.part<0>(), lone_factor(params.region, fluid.disorder));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/rounded_up.hpp"
 #include "device/kernels.hpp"
 
 namespace meniscus {
@@ -26,7 +27,7 @@ Chunks chunks_of(std::size_t particles, std::size_t counts, int width) {
           static_cast<cl_int>(counts)};
 }
 
-std::size_t padded_to_vectors(std::size_t n) { return (n + 3 + 63) / 64 * 64; }
+std::size_t padded_to_vectors(std::size_t n) { return rounded_up(n + 3, 64); }
 
 // Cells of 1 << shift samples a side.
 struct CellsOfGrid {

@@ -77,7 +77,7 @@ Levels measure_implicit(Device& device, const ImplicitFunction& function, const 
   const int width = device.state().wide_width();
   const DeviceCells &feet = function.feet, &cells = function.levelled;
   for (std::size_t first = 0; first < n; first += kChunk) {
-    const std::size_t count = std::min(kChunk, n - first), stride = (count + 63) / 64 * 64;
+    const std::size_t count = std::min(kChunk, n - first), stride = rounded_up(count, 64);
     UploadTogether<float, float, float> arrays(device, {count, count, count});
     std::copy_n(points.x.data() + first, count, arrays.data<0>());
     std::copy_n(points.y.data() + first, count, arrays.data<1>());

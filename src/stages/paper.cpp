@@ -5,6 +5,7 @@
 #include <map>
 
 #include "base/exact_math.hpp"
+#include "base/rounded_up.hpp"
 #include "device/kernels.hpp"
 #include "stages/cells.hpp"
 
@@ -182,7 +183,7 @@ GroupRecords printed_records(const View& view, const Groups& groups, const Quadr
 
 PaperRegion draw_region(Device& device, const View& view, const Triangulation& mesh,
                         const Groups& groups, const SampleGrid& grid) {
-  const std::size_t n = mesh.triangle.size(), stride = (n + 63) / 64 * 64;
+  const std::size_t n = mesh.triangle.size(), stride = rounded_up(n, 64);
   std::vector<float> corners(9 * stride, 0.0f);
   for (std::size_t t = 0; t < n; ++t)
     for (std::size_t c = 0; c < 3; ++c) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/rounded_up.hpp"
 #include "device/kernels.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
@@ -13,7 +14,7 @@ KeptTriangles upload_triangles(Device& device, const Triangulation& mesh) {
   for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
     if (mesh.kind[t] == TriangleKind::kept) kept.push_back(t);
   if (kept.empty()) return {};
-  const std::size_t n = kept.size(), stride = (n + 63) / 64 * 64;
+  const std::size_t n = kept.size(), stride = rounded_up(n, 64);
   Upload<float> corners(device, 9 * stride);
   for (std::size_t k = 0; k < n; ++k)
     for (std::size_t c = 0; c < 3; ++c) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
+#include "base/rounded_up.hpp"
 #include "device/kernels.hpp"
 #include "stages/bins.hpp"
 #include "stages/minima.hpp"
@@ -97,7 +98,7 @@ Buffer<float> normals_by_minima(Device& device, const View& view, const Outlined
 
 DeviceSpheres upload_spheres(Device& device, const View& view, const Projected& particles,
                              double footprint) {
-  const std::size_t n = particles.size(), stride = (n + 63) / 64 * 64;
+  const std::size_t n = particles.size(), stride = rounded_up(n, 64);
   std::vector<float> values(8 * stride, 0.0f);
   constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {

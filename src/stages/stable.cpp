@@ -4,6 +4,7 @@
 #include <climits>
 #include <cmath>
 
+#include "base/rounded_up.hpp"
 #include "device/kernels.hpp"
 
 namespace meniscus {
@@ -15,7 +16,7 @@ Range samples_of(const SampleGrid& grid) {
 
 cl_int2 size_of(const SampleGrid& grid) { return {{grid.nx, grid.ny}}; }
 
-std::size_t padded(std::size_t n) { return (n + 63) / 64 * 64; }
+std::size_t padded(std::size_t n) { return rounded_up(n, 64); }
 
 // A corner as kernel own_triangles takes it.
 struct Corner {

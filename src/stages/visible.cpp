@@ -11,6 +11,7 @@
 
 #include "base/order_statistics.hpp"
 #include "base/parallel.hpp"
+#include "base/rounded_up.hpp"
 #include "device/kernels.hpp"
 #include "device/together.hpp"
 #include "stages/bins.hpp"
@@ -161,7 +162,7 @@ Discs outline_discs(Device& device, const SplatParticles& particles, const Sampl
 
 SplatParticles upload_splats(Device& device, const Projected& projected,
                              const std::vector<std::int32_t>& indices, float largest) {
-  const std::size_t n = indices.size(), stride = (n + 63) / 64 * 64;
+  const std::size_t n = indices.size(), stride = rounded_up(n, 64);
   Upload<float> values(device, 6 * stride);
   constexpr std::size_t kGrain = 4096;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
