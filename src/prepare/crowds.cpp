@@ -140,46 +140,45 @@ bool is_ordinary(const BorrowedParticles& p, double side) {
   return all == 0 || 3 * all / 4 < all - more;
 }
 
-// The particles in a cube, by x, as the order is.
-std::vector<Vec3d> inside_of(const Cube& cube, const BorrowedParticles& p,
-                             const std::vector<std::size_t>& order, float inverse) {
-  const auto is_before = [&](std::size_t i, std::int32_t x) {
-    return cell_of(p.x[i], inverse) < x;
-  };
-  std::vector<Vec3d> inside;
-  for (auto k = std::lower_bound(order.begin(), order.end(), cube.x, is_before); k != order.end();
-       ++k) {
-    const Cube own = cube_of(p, *k, inverse);
-    if (own.x != cube.x) break;
-    if (own == cube) inside.push_back({p.x[*k], p.y[*k], p.z[*k]});
-  }
-  return inside;
-}
-
 // Whether the particles around some of them have no neighbour as near as fluid has: in cubes of 16
-// radii, those that lie far enough from the walls. There are hardly any of these where the radius
-// is far too small. A quick look, which a large radius passes.
+// radii, the first by x that lie far enough from the walls. There are hardly any of these where the
+// radius is far too small. A quick look, which a large radius passes: of a cube no more particles
+// are looked at than may be the nearest to those, and no more cubes than decide.
 bool seem_lonely(const BorrowedParticles& p, const std::vector<std::size_t>& order, double radius) {
   constexpr std::size_t kCubes = 8, kLeast = 8;
   constexpr double kSide = 16, kMargin = 3, kLonely = 2.4;  // radii; neighbours of fluid: up to 2
   const float inverse = static_cast<float>(1 / (kSide * radius));
+  const auto is_inner = [&](double x, std::int32_t cell) {
+    const double from_wall = x / radius - kSide * cell;
+    return from_wall >= kMargin && from_wall <= kSide - kMargin;
+  };
   std::array<Cube, kCubes> cubes{};
   for (std::size_t k = 0; k < kCubes; ++k)
     cubes[k] = cube_of(p, order[(2 * k + 1) * order.size() / (2 * kCubes)], inverse);
-  std::vector<double> nearest;  // radii
+  std::size_t asked = 0, near = 0;  // near: of them, those that are not lonely
   for (std::size_t c = 0; c < kCubes; ++c) {
-    if (std::count(cubes.begin(), cubes.begin() + static_cast<std::ptrdiff_t>(c), cubes[c]) > 0)
-      continue;  // looked at
-    const std::vector<Vec3d> inside = inside_of(cubes[c], p, order, inverse);
-    std::size_t asked = 0;
-    for (std::size_t i = 0; i < inside.size() && asked < kLeast; ++i) {
-      const auto is_inner = [&](double x, std::int32_t cell) {
-        const double from_wall = x / radius - kSide * cell;
-        return from_wall >= kMargin && from_wall <= kSide - kMargin;
-      };
+    const Cube& cube = cubes[c];
+    if (std::count(cubes.begin(), cubes.begin() + static_cast<std::ptrdiff_t>(c), cube) > 0)
+      continue;                      // looked at
+    std::vector<Vec3d> inside;       // by x, as the order is
+    std::vector<std::size_t> inner;  // of these
+    const auto is_before = [&](std::size_t i, std::int32_t x) {
+      return cell_of(p.x[i], inverse) < x;
+    };
+    for (auto k = std::lower_bound(order.begin(), order.end(), cube.x, is_before); k != order.end();
+         ++k) {
+      const Vec3d at{p.x[*k], p.y[*k], p.z[*k]};
+      if (inner.size() == kLeast && at.x - inside[inner.back()].x > kMargin * radius) break;
+      const Cube own = cube_of(p, *k, inverse);
+      if (own.x != cube.x) break;
+      if (own != cube) continue;
+      if (inner.size() < kLeast && is_inner(at.x, cube.x) && is_inner(at.y, cube.y) &&
+          is_inner(at.z, cube.z))
+        inner.push_back(inside.size());
+      inside.push_back(at);
+    }
+    for (const std::size_t i : inner) {
       const Vec3d& at = inside[i];
-      if (!is_inner(at.x, cubes[c].x) || !is_inner(at.y, cubes[c].y) || !is_inner(at.z, cubes[c].z))
-        continue;
       double least = kMargin * radius * kMargin * radius;  // squared
       const auto is_apart = [&](const Vec3d& other) {      // and so are those behind it
         const double dx = at.x - other.x, dy = at.y - other.y, dz = at.z - other.z;
@@ -188,14 +187,12 @@ bool seem_lonely(const BorrowedParticles& p, const std::vector<std::size_t>& ord
       };
       for (std::size_t j = i + 1; j < inside.size() && !is_apart(inside[j]);) ++j;
       for (std::size_t j = i; j > 0 && !is_apart(inside[j - 1]);) --j;
-      nearest.push_back(std::sqrt(least) / radius);
-      ++asked;
+      if (std::sqrt(least) / radius <= kLonely) ++near;
     }
+    asked += inner.size();
+    if (2 * near > kCubes * kLeast) return false;
   }
-  if (nearest.size() < kLeast) return true;
-  const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
-  std::nth_element(nearest.begin(), middle, nearest.end());
-  return *middle > kLonely;
+  return asked < kLeast || near <= asked / 2;  // the median is lonely
 }
 
 // How much larger the radius is than half the particles' spacing; 1 where they do not tell.
