@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <numbers>
 #include <ranges>
@@ -76,8 +77,8 @@ class Sorted {
     std::array<double, kReaches.size()> sum{};
     std::array<std::size_t, kAtOnce> near;
     for (; first < last; first += kAtOnce) {
-      const std::size_t found =
-          near_some(k, first, std::min(kAtOnce, last - first), kMost * apart * apart, near.data());
+      const std::size_t found = near_some(k, first, std::min(kAtOnce, last - first),
+                                          kReaches.back() * apart, near.data());
       for (std::size_t n = 0; n < found; ++n) {
         const double squared = squared_distance(k, near[n]) / (apart * apart);
         if (squared > kMost) continue;
@@ -89,22 +90,26 @@ class Sorted {
   }
 
  private:
-  /// Those of `count` positions from `first` on whose squared distance from k is at most so much,
-  /// or a rounding more: a loop that becomes vectors, and one without branches.
-  std::size_t near_some(std::size_t k, std::size_t first, std::size_t count, double squared,
+  /// Those of up to kAtOnce positions from `first` on that are within `reach` of k along y and z,
+  /// and hardly any others: a loop that becomes vectors, and one that mostly finds none of eight.
+  std::size_t near_some(std::size_t k, std::size_t first, std::size_t count, double reach,
                         std::size_t* near) const {
-    const float *const x = places_[0].data(), *const y = places_[1].data(),
-                       *const z = places_[2].data();
-    const double at_x = x[k], at_y = y[k], at_z = z[k], most = (1 + 1e-12) * squared;
-    std::array<std::uint32_t, kAtOnce> is_near;
-    for (std::size_t n = 0; n < count; ++n) {
-      const double dx = x[first + n] - at_x, dy = y[first + n] - at_y, dz = z[first + n] - at_z;
-      is_near[n] = dx * dx + dy * dy + dz * dz <= most;
-    }
+    const float *const y = places_[1].data(), *const z = places_[2].data();
+    const float at_y = y[k], at_z = z[k];
+    const float most = static_cast<float>(1.001 * reach);  // with room for rounding
+    std::array<std::uint8_t, kAtOnce> is_near{};
+    for (std::size_t n = 0; n < count; ++n)
+      is_near[n] =
+          (std::abs(y[first + n] - at_y) <= most) & (std::abs(z[first + n] - at_z) <= most);
     std::size_t found = 0;
-    for (std::size_t n = 0; n < count; ++n) {
-      near[found] = first + n;
-      found += is_near[n];
+    for (std::size_t eight = 0; eight < kAtOnce; eight += 8) {
+      std::uint64_t any = 0;
+      std::memcpy(&any, is_near.data() + eight, sizeof any);
+      if (any == 0) continue;
+      for (std::size_t n = eight; n < eight + 8; ++n) {
+        near[found] = first + n;
+        found += is_near[n];
+      }
     }
     return found;
   }
