@@ -463,9 +463,9 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       const floatv tx = foot[0] - mx, ty = foot[1] - my, tz = foot[2] - mz;
       const intv convex = (dot_of(tx, ty, tz, out.nx, out.ny, out.nz) < 0.0f) &
                           (dot_of(tx, ty, tz, gx, gy, gz) > 0.0f);
-      const floatv says = SELECT((floatv)(0.0f), weight, convex & (along > steep));
-      within += SELECT(says, (floatv)(0.0f), f > 0.0f);
-      beyond += SELECT((floatv)(0.0f), says, f > 0.0f);
+      const floatv hidden = SELECT((floatv)(0.0f), weight, convex & (along > steep));
+      within += SELECT(hidden, (floatv)(0.0f), f > 0.0f);
+      beyond += SELECT((floatv)(0.0f), hidden, f > 0.0f);
       const floatv w = SELECT((floatv)(0.0f), weight, along > 0.0f);
       const floatv out_w = SELECT(w, (floatv)(0.0f), f < 0.0f);
       wr += w;

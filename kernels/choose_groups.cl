@@ -61,8 +61,8 @@ kernel void choose_groups(global const float* depth,  // [samples]
     intv chosen = LOADI(own);
     if (any_open) {
       if (count < 0) count = list_choices(i, top, depth, found, samples, every, choices);
-      const intv asks = LOADI(open);
-      chosen = SELECT(chosen, chosen & ~OF_CORNER, asks);
+      const intv at_corner = LOADI(open);
+      chosen = SELECT(chosen, chosen & ~OF_CORNER, at_corner);
       const Rays r = rays_at(screen.rays, screen.first + screen.step * ((float)i + LANES),
                              (floatv)(screen.first + screen.step * (float)j));
       const Sample s = sample_at(r, LOADF(t));
@@ -70,7 +70,7 @@ kernel void choose_groups(global const float* depth,  // [samples]
       for (int k = 0; k < count; ++k) {
         Hit hit;
         if (!hit_fit(fits, choices[k], s, d_max, &hit)) continue;
-        const intv better = asks & (hit.weight > best);
+        const intv better = at_corner & (hit.weight > best);
         best = SELECT(best, hit.weight, better);
         chosen = SELECT(chosen, (intv)(choices[k]), better);
       }

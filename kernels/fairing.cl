@@ -134,13 +134,13 @@ __attribute__((always_inline)) inline void fair_from(const int i, const int j,
   intv left = open;
   for (int lane = 0; lane < WIDTH; ++lane) {  // mostly all lanes have the same step
     own.step = steps[lane];
-    const intv asks = left & (step == own.step);
-    if (!ANY(asks)) continue;
+    const intv in_step = left & (step == own.step);
+    if (!ANY(in_step)) continue;
     left = left & (step != own.step);
     for (int k = 1; k <= FAIR_TAPS; ++k) {
       const int off = k * own.step, shift = down ? off * screen.nx : off;
       const intv reached =
-          asks & ((float)off * (float)off * apart2 < FAIR_REACH * FAIR_REACH);
+          in_step & ((float)off * (float)off * apart2 < FAIR_REACH * FAIR_REACH);
       if (!ANY(reached)) break;
       // Of columns all lanes have a neighbour, or none.
       const intv before = reached & (down ? (intv)(j < off ? 0 : -1) : column >= off);

@@ -96,7 +96,7 @@ inline floatv square_of(const floatv x, const floatv y, const floatv z) {
   return dot_of(x, y, z, x, y, z);
 }
 
-// Sums over what the fits of one sheet say: weight; value, a depth along rays (blend.cl) or a level at
+// Sums over the values of the fits of one sheet: weight; value, a depth along rays (blend.cl) or a level at
 // points (implicit.cl); foot; gradient; and a share of the weight's own gradient (PULL), v, as it is
 // and times the value, u. The mean value goes into the mean normal by them.
 typedef struct {
@@ -109,7 +109,7 @@ inline void clear_sums(Sums* s) {
   s->vx = s->vy = s->vz = s->ux = s->uy = s->uz = none;
 }
 
-// Adds a fit with foot f and unit gradient g, asked at p from its foot, where its weight changes by
+// Adds a fit with foot f and unit gradient g, evaluated at p from its foot, where its weight changes by
 // `pull` times p.
 inline void add_to_sheet(Sums* s, const floatv weight, const floatv value, const float fx,
                          const float fy, const float fz, const floatv gx, const floatv gy,

@@ -9,15 +9,15 @@
 //
 // uses: field.cl hits.cl
 
-// Fits that are listed before they are asked; where more are near, each pass looks for them again.
+// Fits that are listed before they are evaluated; where more are near, each pass looks for them again.
 #define LISTED 256
-// Of those listed so many are asked once, and not in each pass. Processors have room for that.
+// The values of so many listed fits are kept from pass to pass. Processors have room for that.
 #define KEPT (WIDTH > 1 ? 48 : 1)
 // Between these densities fits give way to the field, which knows that the fluid is all around: a
 // concave corner has 7/8.
 #define FILLING 0.9f
 #define FILLED 0.97f
-#define FARTHEST 4.0f  // particle radii, either way: what a fit says of farther points means nothing
+#define FARTHEST 4.0f  // particle radii, either way: a fit's value farther off means nothing
 // Between these levels per particle radius the levelled field is taken for a distance. A face has
 // .56, a lone particle .7.
 #define FLATTEST 0.35f
@@ -34,7 +34,7 @@ typedef struct {
   floatv f, x, y, z;
 } Level;
 
-// What both density fields say: C, and the levelled one with a quarter of its gradient.
+// Both density fields: C, and the levelled one with a quarter of its gradient.
 typedef struct {
   floatv c, l, gx, gy, gz;
 } Fields;
@@ -131,15 +131,15 @@ inline void add_fields(const Cells cells, global const float* weight, const int*
   *result = sum;
 }
 
-// What a fit says of points: how far outside they are, its unit gradient, and its weight there, 0
+// The value of a fit at points: how far outside they are, its unit gradient, and its weight there, 0
 // beyond its reach.
 typedef struct {
   floatv weight, steep, f, gx, gy, gz, x, y, z;  // x, y, z: from its foot
-} Said;
+} FitValue;
 
-inline Said ask_fit(global const float* g, const float fx, const float fy, const float fz,
-                    const floatv x, const floatv y, const floatv z) {
-  Said n;
+inline FitValue evaluate_fit(global const float* g, const float fx, const float fy, const float fz,
+                             const floatv x, const floatv y, const floatv z) {
+  FitValue n;
   n.x = x - fx;
   n.y = y - fy;
   n.z = z - fz;
@@ -163,7 +163,7 @@ inline Said ask_fit(global const float* g, const float fx, const float fy, const
 // nothing evens it out afterwards.
 inline float solid_pull_of(global const float* fit) { return 6.0f * fit[10] * (fit[15] - 0.5f); }
 
-inline void add_near(Sums* s, const Said* n, const float pull, const float fx, const float fy,
+inline void add_near(Sums* s, const FitValue* n, const float pull, const float fx, const float fy,
                      const float fz, const floatv share) {
   add_to_sheet(s, share * n->weight, n->f, fx, fy, fz, n->gx, n->gy, n->gz, share * (pull * n->steep),
                n->x, n->y, n->z);
@@ -227,7 +227,7 @@ typedef struct {
   float reach;  // of a fit's weight, at most
 } FitCells;
 
-// What the fits near points say together.
+// The value of all fits near points together.
 typedef struct {
   Level level;
   floatv trust;  // 0 .. 1
@@ -235,28 +235,29 @@ typedef struct {
 } Fitted;
 
 // Where gradients agree with (x, y, z).
-inline floatv same_sheet(const Said* n, const Vector v, const float2 sheets) {
+inline floatv same_sheet(const FitValue* n, const Vector v, const float2 sheets) {
   return smooth_step(sheets.x, sheets.y, dot_of(n->gx, n->gy, n->gz, v.x, v.y, v.z));
 }
 
 #define FOOT(p) cells.x[p], cells.y[p], cells.z[p]
 
-// What the k-th listed fit says, p its place among all: as it was kept, where all were listed at a
+// The value of the k-th listed fit, p its place among all: as it was kept, where all were listed at a
 // time.
-inline Said said_by(const FitCells of, const Said* kept, const int whole, const int k, const int p,
-                    const floatv x, const floatv y, const floatv z) {
+inline FitValue value_of_listed(const FitCells of, const FitValue* kept, const int whole,
+                                const int k, const int p, const floatv x, const floatv y,
+                                const floatv z) {
   const Cells cells = of.cells;
   if (whole >= 0 && k < KEPT) return kept[k];
-  return ask_fit(of.record + FIT * p, FOOT(p), x, y, z);
+  return evaluate_fit(of.record + FIT * p, FOOT(p), x, y, z);
 }
 
 // Vectors of a structure go by address: a call would copy them byte by byte.
-inline void ask_fits(const FitCells of, const floatv x, const floatv y, const floatv z,
-                     const intv wanted, const float2 sheets, Fitted* result) {
+inline void evaluate_fits(const FitCells of, const floatv x, const floatv y, const floatv z,
+                          const intv wanted, const float2 sheets, Fitted* result) {
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
   const Cells cells = of.cells;
   int item[LISTED + 2 * WIDTH], count;
-  Said kept[KEPT];
+  FitValue kept[KEPT];
   Search search = search_of(cells, box_of(x, y, z, wanted), of.reach);
   floatv best = none, trust = none, firm = none, all = none;
   Vector a = {none, none, none};
@@ -264,7 +265,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
     for (int k = 0; k < count; ++k) {
       const int p = item[k];
       global const float* g = of.record + FIT * p;
-      const Said n = ask_fit(g, FOOT(p), x, y, z);
+      const FitValue n = evaluate_fit(g, FOOT(p), x, y, z);
       if (k < KEPT) kept[k] = n;
       const intv better = n.weight > best;
       best = SELECT(best, n.weight, better);
@@ -285,7 +286,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
     for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
       for (int k = 0; k < count; ++k) {
         const int p = item[k];
-        const Said n = said_by(of, kept, search.whole, k, p, x, y, z);
+        const FitValue n = value_of_listed(of, kept, search.whole, k, p, x, y, z);
         const floatv w = n.weight * same_sheet(&n, a, sheets);
         nx = fma(w, n.gx, nx);
         ny = fma(w, n.gy, ny);
@@ -304,7 +305,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
     for (int k = 0; k < count; ++k) {
       const int p = item[k];
       global const float* g = of.record + FIT * p;
-      const Said n = said_by(of, kept, search.whole, k, p, x, y, z);
+      const FitValue n = value_of_listed(of, kept, search.whole, k, p, x, y, z);
       const floatv share = same_sheet(&n, a, sheets), rest = n.weight * (1.0f - share);
       add_near(&sum_a, &n, solid_pull_of(g), FOOT(p), share);
       sum_b.w += rest;
@@ -322,7 +323,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
     for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
       for (int k = 0; k < count; ++k) {
         const int p = item[k];
-        const Said n = said_by(of, kept, search.whole, k, p, x, y, z);
+        const FitValue n = value_of_listed(of, kept, search.whole, k, p, x, y, z);
         const floatv w =
             n.weight * (1.0f - same_sheet(&n, a, sheets)) * same_sheet(&n, b, sheets);
         nx = fma(w, n.gx, nx);
@@ -336,7 +337,7 @@ inline void ask_fits(const FitCells of, const floatv x, const floatv y, const fl
       for (int k = 0; k < count; ++k) {
         const int p = item[k];
         global const float* g = of.record + FIT * p;
-        const Said n = said_by(of, kept, search.whole, k, p, x, y, z);
+        const FitValue n = value_of_listed(of, kept, search.whole, k, p, x, y, z);
         const floatv rest = 1.0f - same_sheet(&n, a, sheets), share = same_sheet(&n, b, sheets);
         add_near(&sum_b, &n, solid_pull_of(g), FOOT(p), rest * share);
         add_near(&sum_c, &n, solid_pull_of(g), FOOT(p), rest * (1.0f - share));
@@ -392,12 +393,12 @@ inline void implicit_at(const Cells cells, global const float* weight, const Fit
   const intv open = wanted & (c > 0.3f * limits.x) & (c < FILLED);
   if (fits.reach > 0.0f && ANY(open)) {
     Fitted fitted;
-    ask_fits(fits, x, y, z, open, sheets, &fitted);
+    evaluate_fits(fits, x, y, z, open, sheets, &fitted);
     // Where the density falls, fits hand over to the field, slowly: else a gap beside an edge, or
     // the tip of a drop, has a step where both differ.
     const floatv contour = limits.x * (1.0f - 0.7f * fitted.edge);
     floatv share = fitted.trust * clamp(4.0f * (c - contour + 0.1f * fitted.trust), 0.0f, 1.0f);
-    // Where fits follow their particles badly, what they say is compared with the field.
+    // Where fits follow their particles badly, their value is compared with the field.
     const floatv apart = fabs(fitted.level.f - level.f);
     const floatv alike =
         dot_of(fitted.level.x, fitted.level.y, fitted.level.z, level.x, level.y, level.z);

@@ -99,31 +99,32 @@ inline floatv agreement(const Corner a, const Corner b) {
   return a.nx * b.nx + a.ny * b.ny + a.nz * b.nz;
 }
 
-// What a cell's corners say. Of the sample between two cells, which lies between two of their corners,
-// they say the larger: both are on one smooth surface where either cell is, and it is open where one
-// of two without surface is.
+// The kind of a cell, by its corners. A sample between two cells lies between two of their corners and has
+// the larger kind: both are on one smooth surface where either cell is, and it is open where one of two
+// without surface is.
 #define EMPTY 0   // no surface
 #define OPEN 1    // no surface in the front layer
 #define ROUGH 2
 #define SMOOTH 3  // one smooth surface: each corner lies near the others' planes
 
-inline Rays corner_ray(const Screen asked, const int a, const int b, const int right,
+// `fine`: the screen of all samples that are wanted, twice as many along each side as the lattice has.
+inline Rays corner_ray(const Screen fine, const int a, const int b, const int right,
                        const int down) {
-  return rays_at(asked.rays, asked.first + asked.step * (2.0f * ((float)a + LANES) + (float)right),
-                 (floatv)(asked.first + asked.step * (float)(2 * b + down)));
+  return rays_at(fine.rays, fine.first + fine.step * (2.0f * ((float)a + LANES) + (float)right),
+                 (floatv)(fine.first + fine.step * (float)(2 * b + down)));
 }
 
 // The four corners of WIDTH cells, whose depths are known. `whole`: see spread_floats, of the lower
 // ones.
 inline void complete_corners(global const float* normal, const int n, const int a, const int b,
                              const int upper, const int lower, const int side, const int last,
-                             const int whole, const Screen asked, Corner* corner) {
+                             const int whole, const Screen fine, Corner* corner) {
   complete_pair(normal + upper, n, a * side, side, last, 1,
-                corner_ray(asked, a, b, 0, 0),
-                corner_ray(asked, a, b, 2, 0), corner, corner + 1);
+                corner_ray(fine, a, b, 0, 0),
+                corner_ray(fine, a, b, 2, 0), corner, corner + 1);
   complete_pair(normal + lower, n, a * side, side, last, whole,
-                corner_ray(asked, a, b, 0, 2),
-                corner_ray(asked, a, b, 2, 2), corner + 2, corner + 3);
+                corner_ray(fine, a, b, 0, 2),
+                corner_ray(fine, a, b, 2, 2), corner + 2, corner + 3);
 }
 
 // Whether any block is occupied that has samples of columns i.x to i.y in rows j.x to j.y.
@@ -312,21 +313,21 @@ kernel void interpolate_samples(global const uchar* shows,  // [rows][stride] of
   // Read once: behind each store it would be done again.
   const int stride = cells.stride, every = cells.every, perspective = cells.perspective;
   const float spread = cells.spread;
-  const Screen asked = screen;
+  const Screen fine = screen;
   const int2 samples = (int2)(screen.nx, screen.ny);
   if (a >= stride || b >= cells.rows) return;
   global uchar* wanted_here = wanted + b * stride + a;
   STORE_BYTES((intv)(0), wanted_here);
   if (a >= cells.cells_x || b >= cells.cells_y) return;
   const int n = samples.x * samples.y, side = 2 * every, last = samples.x - 1;
-  // What each of the three samples' cells say: right of the corner, below it, and between both.
+  // The kind of each of the three samples: right of the corner, below it, and between both.
   global const uchar* here = shows + b * stride + a;
   const intv own = LOAD_BYTES(here);
-  intv says[3];
-  says[0] = b == 0 ? own : max(own, LOAD_BYTES(here - stride));
-  says[1] = max(own, SHIFTED_BACK(intv, own, a == 0 ? EMPTY : here[-1]));
-  says[2] = own;
-  const intv most = max(says[0], says[1]);
+  intv shown[3];
+  shown[0] = b == 0 ? own : max(own, LOAD_BYTES(here - stride));
+  shown[1] = max(own, SHIFTED_BACK(intv, own, a == 0 ? EMPTY : here[-1]));
+  shown[2] = own;
+  const intv most = max(shown[0], shown[1]);
   if (!ANY(most != EMPTY)) return;
   Corner corner[4];
   if (ANY(most == SMOOTH)) {
@@ -334,7 +335,7 @@ kernel void interpolate_samples(global const uchar* shows,  // [rows][stride] of
     // Between the lower corners the cells below write.
     pair_of(depth + upper, side * a, side, last, 1, &corner[0].t, &corner[1].t);
     pair_of(depth + lower, side * a, side, last, 0, &corner[2].t, &corner[3].t);
-    complete_corners(normal, n, a, b, upper, lower, side, last, 0, asked, corner);
+    complete_corners(normal, n, a, b, upper, lower, side, last, 0, fine, corner);
 #pragma unroll
     for (int k = 0; k < 4; ++k) corner[k].linear = perspective ? 1.0f / corner[k].t : corner[k].t;
   }
@@ -343,12 +344,12 @@ kernel void interpolate_samples(global const uchar* shows,  // [rows][stride] of
   for (int m = 0; m < 3; ++m) {
     const int right = m != 1, down = m != 0;
     found[m].sure = (intv)(0);
-    const intv smooth = (says[m] == SMOOTH) &
+    const intv smooth = (shown[m] == SMOOTH) &
                         (every * (2 * (a + TO_INTV(LANES)) + right) < samples.x);
     if (every * (2 * b + down) >= samples.y || !ANY(smooth)) continue;
     const int which[3][4] = {{0, 1, 0, 0}, {0, 2, 0, 0}, {0, 1, 2, 3}};
     found[m] =
-        between(corner, which[m], m == 2 ? 4 : 2, corner_ray(asked, a, b, right, down),
+        between(corner, which[m], m == 2 ? 4 : 2, corner_ray(fine, a, b, right, down),
                 smooth, spread, perspective);
   }
   const int corners = side * (b * samples.x + a);
@@ -369,7 +370,7 @@ kernel void interpolate_samples(global const uchar* shows,  // [rows][stride] of
   intv rest[3];
 #pragma unroll
   for (int m = 0; m < 3; ++m)
-    rest[m] = SELECT((intv)(0), (says[m] != EMPTY) & !found[m].sure,
+    rest[m] = SELECT((intv)(0), (shown[m] != EMPTY) & !found[m].sure,
                      every * (2 * (a + TO_INTV(LANES)) + (m != 1)) < samples.x);
   if (!ANY(rest[0] | rest[1] | rest[2])) return;
   intv wants = (intv)(0), finite, splashes;
@@ -385,9 +386,9 @@ kernel void interpolate_samples(global const uchar* shows,  // [rows][stride] of
     }
     if (row >= samples.y || !ANY(rest[m])) continue;
     floatv front = SELECT((floatv)(0.0f), (floatv)(INFINITY), finite == 0);
-    if (ANY((finite > 0) & ((finite < 64) | (rest[m] & (says[m] == OPEN)))))
+    if (ANY((finite > 0) & ((finite < 64) | (rest[m] & (shown[m] == OPEN)))))
       front = SELECT(front, spread_floats(reference + start, i, side, last, 1), finite > 0);
-    const intv opens = rest[m] & (says[m] == OPEN) & (front < INFINITY);
+    const intv opens = rest[m] & (shown[m] == OPEN) & (front < INFINITY);
     if (ANY(opens)) {
       int at[WIDTH];
       STOREI(start + i + side * TO_INTV(LANES), at);

@@ -338,13 +338,13 @@ kernel void normals_of_owners(global const float* sphere, global const float* de
   store_lanes(SELECT(z / length, zero, none), normal + 2 * size + s, here);
 }
 
-// The kept triangles' depth in the blocks that are `asked` for, as draw_triangles of region.cl works it
+// The kept triangles' depth in the blocks that are `needed`, as draw_triangles of region.cl works it
 // out.
 kernel void lower_triangles(global const float* corners,  // [9][stride] as of outline_triangles
                             global const float* bound,
                             global uint* depth,  // [samples] +infinity before
                             const Outlined all, const Lattice samples, const int perspective,
-                            global const int* asked) {  // [blocks] 0: no sample of it is read
+                            global const int* needed) {  // [blocks] 0: no sample of it is read
   Share share = share_among(0, all.count);
   if (share.p < 0) return;
   const TriangleOutline o =
@@ -352,7 +352,7 @@ kernel void lower_triangles(global const float* corners,  // [9][stride] as of o
   take_rows(&share, o.i0, o.i1, o.j0, o.j1, -INFINITY);
   const float16 r = o.record;
   EACH_SAMPLE(share, bound, all.across) {
-    if (!asked[block_of(i, j, samples.nx)]) continue;
+    if (!needed[block_of(i, j, samples.nx)]) continue;
     const int s = j * samples.nx + i;
     const floatv du = samples.first + samples.step * TO_FLOATV(i + TO_INTV(LANES)) - r.s0;
     const float dv = samples.first + samples.step * (float)j - r.s1;

@@ -5,7 +5,7 @@
 // A fit is a lane of a batch: slot k of lane l of batch b lies at first[b] + BATCH k + l. The slots
 // name the neighbours, the particle itself among them. A work-item takes WIDTH lanes of one
 // batch. Particles are records of four values: x, y, z (particle radii), u; the unit normal, and how
-// round the surface is there (tell_roundness).
+// round the surface is there (set_roundness).
 // Behind the last stands nobody, whose u is 0, for slots and lanes that are not in use.
 //
 // uses: fit.cl
@@ -211,7 +211,7 @@ kernel void fit_particles(
     global float* turned,  // [n + 1][4] normals out
     IN_SHEET(to, toward, share, value), NARROWED(mean, noise), const FitPass by) {
   const int lanes = by.lanes, nobody = by.nobody, left = by.left;
-  const int tells = left > 0 && !by.tries && !by.groups;  // the next pass how firm fits are
+  const int measures_firmness = left > 0 && !by.tries && !by.groups;  // for the next pass
   const FitModel model = by.model;
   const int lane = get_global_id(0) * WIDTH, trial = get_global_id(1);
   if (lane >= lanes) return;
@@ -278,14 +278,14 @@ kernel void fit_particles(
       if (ANY(refit)) {
         const floatv f = evaluate(c, x, y, z), apart = larger(-f, f * ahead) * inverse_tau;
         off = SELECT(off, smaller(apart * apart, (floatv)(9.21034037f)), refit);  // 1e-4
-        const floatv told = along_slope(c, x, y, z, p.dx, p.dy, p.dz);
-        differs = fma(firmly, smaller(told + by.leeway, (floatv)(1.0f)) - same, differs);
+        const floatv along = along_slope(c, x, y, z, p.dx, p.dy, p.dz);
+        differs = fma(firmly, smaller(along + by.leeway, (floatv)(1.0f)) - same, differs);
         differs *= fma(3.0f * firmly, clamp(f, 0.0f, 1.0f), (floatv)(1.0f));
       }
       const intv counts = (near >= 1e-6f) & (same >= -0.5f);
       const floatv exponent = larger(fma(falloff, smaller(differs, none), -off), (floatv)(-25.0f));
       const floatv w = SELECT(none, near * exp_negative(exponent), counts);
-      if (tells) {
+      if (measures_firmness) {
         const floatv beside = fma(roundness - 1.0f, smooth_step(0.0f, 1.0f, rise), (floatv)(1.0f));
         const floatv q = share_of(p.w, sqrt(squared), by.reach) * beside;
         around += q;
@@ -305,7 +305,7 @@ kernel void fit_particles(
     for (int k = 0; k < points; ++k) add_first(m, a, point + k, delta);
     for (int k = 0; k < points; ++k) add_second(m, a, point + k, delta);
   }
-  if (tells) STOREF(firmness_of(own.u, around, agree, 0.7f), support + 2 * lanes + lane);
+  if (measures_firmness) STOREF(firmness_of(own.u, around, agree, 0.7f), support + 2 * lanes + lane);
   const intv few = used < 3;
   if (ANY(few)) {
 #pragma unroll
@@ -414,7 +414,7 @@ kernel void find_noise(global const float* residual,  // [fits]
 //   where a_ij goes from n_i.n_j at roundness 0, between two sheets, to g_i(x_j).n_j at roundness 1,
 //   g_i the fit's unit gradient: round surroundings agree with the quadric, not with one normal; a fit
 //   off which its own particles lie keeps 1 - 0.9 (1 - roundness) smoothstep(0.38, 0.55, residual / tau);
-// - its firmness, which tells what can be trusted: agreement within a narrower angle, with the particle
+// - its firmness, which its trust follows from: agreement within a narrower angle, with the particle
 //   itself:
 //     max(0.005, smoothstep(0.7, 1.0, (u_i + sum of q smoothstep(0.85, 0.95, a_ij)) /
 //                                     (u_i + sum of q)));
@@ -424,18 +424,18 @@ kernel void find_noise(global const float* residual,  // [fits]
 // - x, y and z of the normal as the passes left it;
 // - the support;
 // - the roundness.
-// The first two count as far as a group tells where the fits are those of groups.
+// The first two are scaled by the weight of the group where the fits are those of groups.
 // Fits get their residual, the RMS distance with the weights of the last pass.
 //
-// What their trust is told from goes into a sheet (trust.hpp): normals; how much each fit counts, which is
+// What their trust follows from goes into a sheet (trust.hpp): normals; how much each fit counts, which is
 // its firmness, 0 without a fit; and behind two values, which become densities, the RMS distance. The
-// densities are asked for at the foot of each, on its surface next to its particle, and `deep` behind it.
+// densities are measured at the foot of each, on its surface next to its particle, and `deep` behind it.
 // Without a fit a particle is its own foot.
 kernel void measure_edges(global const float4* place, global const float4* normal,
                           AROUND(particle, telling, neighbour, first, length),
                           MEASURED(support, quadric, kept, residual, rows),  // see above
                           IN_SHEET(to, toward, sheet_share, value),
-                          global float* asked,  // [3][2 fits] out: feet, then what is behind
+                          global float* field_place,  // [3][2 fits] out: feet, then what is behind
                           const FitPass by, const Feet feet) {
   const int lanes = by.lanes, fits = by.fits;
   const FitModel model = by.model;
@@ -473,8 +473,8 @@ kernel void measure_edges(global const float4* place, global const float4* norma
       const floatv q = share_of(p.w, l, by.reach);
       floatv agreeing = same;
       if (round) {
-        const floatv told = along_slope(c, x, y, z, p.dx, p.dy, p.dz);
-        agreeing = fma(roundness, told - same, same);
+        const floatv along = along_slope(c, x, y, z, p.dx, p.dy, p.dz);
+        agreeing = fma(roundness, along - same, same);
       }
       near += q;
       agree += q * smooth_step(0.72f, 0.95f, agreeing);
@@ -514,10 +514,10 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   STOREI(LOADI(to + lane), at);
   put_in_sheet(own, SELECT(none, firmness, fitted), at, used, fits, toward, sheet_share);
   scatter_float(spread, value + 2 * fits, at, used);
-  scatter_float(fma(foot, own.nx, own.x), asked, at, used);
-  scatter_float(fma(foot, own.ny, own.y), asked + 2 * fits, at, used);
-  scatter_float(fma(foot, own.nz, own.z), asked + 4 * fits, at, used);
-  scatter_float(fma(deep, own.nx, own.x), asked + fits, at, used);
-  scatter_float(fma(deep, own.ny, own.y), asked + 3 * fits, at, used);
-  scatter_float(fma(deep, own.nz, own.z), asked + 5 * fits, at, used);
+  scatter_float(fma(foot, own.nx, own.x), field_place, at, used);
+  scatter_float(fma(foot, own.ny, own.y), field_place + 2 * fits, at, used);
+  scatter_float(fma(foot, own.nz, own.z), field_place + 4 * fits, at, used);
+  scatter_float(fma(deep, own.nx, own.x), field_place + fits, at, used);
+  scatter_float(fma(deep, own.ny, own.y), field_place + 3 * fits, at, used);
+  scatter_float(fma(deep, own.nz, own.z), field_place + 5 * fits, at, used);
 }

@@ -21,17 +21,17 @@ kernel void outline_triangles(global const float* corners,  // [9][stride] u, v,
 }
 
 // The kept triangles' depth at every sample of the listed bins; INFINITY where there is none. Only
-// bins that are `asked` for are written. Kept triangles of a Delaunay triangulation do not overlap; on
+// bins that are `needed` are written. Kept triangles of a Delaunay triangulation do not overlap; on
 // a shared edge the nearer one counts.
 // The range: BIN * BIN / (WIDTH * ROWS) work-items a bin.
 kernel void draw_triangles(global const float* record,  // [stride][16]
                            ENTRIES(end, entry),
                            global float* depth,  // [ny*nx]
                            const ListedBins bins, const Lattice samples, const int perspective,
-                           global const int* asked) {  // [blocks] 0: no sample of a block is read
+                           global const int* needed) {  // [blocks] 0: no sample of a block is read
   const Part part = part_of(end, bins);
   if (part.bin >= bins.end) return;  // the range is rounded up to whole work-groups
-  if (!asked[block_of(part.i, part.j, samples.nx)]) return;
+  if (!needed[block_of(part.i, part.j, samples.nx)]) return;
   const intv column = TO_INTV(LANES) + part.column;
   const floatv x = samples.first + samples.step * TO_FLOATV(part.i - part.column + column);
   const floatv y = rows_of(part, samples.first, samples.step);

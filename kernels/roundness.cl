@@ -9,7 +9,7 @@
 
 #define MODEL 3  // float4 a particle: c0-c3; c4-c7; c8, c9
 #define NARROW 1  // trial, in the range's second dimension; the wide one is the first
-// So many neighbours are asked once, and not in each pass. Processors have room for that.
+// The values of so many neighbours are kept from pass to pass. Processors have room for that.
 #define KEPT (WIDTH > 1 ? 48 : 1)
 
 // Puts the trial fits of the lanes where their particles are, so that neighbours find them. A wide fit
@@ -56,14 +56,14 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
     scatter_float(LOADF(quadric + k * lanes + lane), model + k / 4 * row + k % 4, at, wanted);
 }
 
-// What a neighbour's trial fit says at a particle.
+// The value of a neighbour's trial fit at a particle.
 typedef struct {
   floatv weight;      // 0: nothing
   floatv f;           // the particle's distance outside it, particle radii
   floatv gx, gy, gz;  // unit gradient there
   floatv same;        // product of both normals
   floatv x, y, z;     // from the particle to the neighbour
-} Told;
+} TrialValue;
 
 // The fits of a trial.
 typedef struct {
@@ -76,7 +76,8 @@ typedef struct {
 
 // The neighbours in slots `at`, one a lane, count w (1 - l^2 / reach^2)^3 as far as normals are less
 // than 120 degrees apart.
-inline Told told_by(const TrialFits fits, global const int* at, const Particles own, const float reach) {
+inline TrialValue value_of_trial(const TrialFits fits, global const int* at, const Particles own,
+                                 const float reach) {
   floatv p[4], a[4], b[4], c[4], n[4];
   int item[WIDTH];
   STOREI(LOADI(at), item);
@@ -91,7 +92,7 @@ inline Told told_by(const TrialFits fits, global const int* at, const Particles 
   // Where there is no fit anything stands, subnormal numbers too, with which processors are slow.
 #pragma unroll
   for (int k = 0; k < 10; ++k) quadric[k] = SELECT(none, quadric[k], any_fit);
-  Told t;
+  TrialValue t;
   t.x = p[0] - own.x;
   t.y = p[1] - own.y;
   t.z = p[2] - own.z;
@@ -115,7 +116,7 @@ typedef struct {
   floatv w, f, ff, x, y, z, nx, ny, nz;
 } Side;
 
-inline void add_told(Side* side, const Told t, const floatv share) {
+inline void add_trial_value(Side* side, const TrialValue t, const floatv share) {
   const floatv w = share * t.weight, f = w * t.f;
   side->w += w;
   side->f += f;
@@ -153,7 +154,7 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
   const Particles around = load_particles(place, wide.normal, particle + lane);
   floatv total = none, squares = none, bend = none;
   for (int k = 0; k < count; ++k) {
-    const Told t = told_by(wide, at + BATCH * k, around, reach);
+    const TrialValue t = value_of_trial(wide, at + BATCH * k, around, reach);
     total += t.weight;
     squares = fma(t.weight * t.f, t.f, squares);
     bend = fma(t.weight, 1.0f - t.same, bend);
@@ -172,9 +173,9 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
   scatter_float(SELECT(none, apart, total > 0.0f), value + 3 * fits, item, used);
   // The gradient that dominates: that of the heaviest after two rounds of mean shift.
   floatv best = none, ax = none, ay = none, az = none;
-  Told kept[KEPT];
+  TrialValue kept[KEPT];
   for (int k = 0; k < count; ++k) {
-    const Told t = told_by(narrow, at + BATCH * k, own, reach);
+    const TrialValue t = value_of_trial(narrow, at + BATCH * k, own, reach);
     if (k < KEPT) kept[k] = t;
     const intv better = t.weight > best;
     best = SELECT(best, t.weight, better);
@@ -187,11 +188,11 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
     const Side empty = {none, none, none, none, none, none, none, none, none};
     A = B = empty;
     for (int k = 0; k < count; ++k) {
-      const Told t = k < KEPT ? kept[k] : told_by(narrow, at + BATCH * k, own, reach);
+      const TrialValue t = k < KEPT ? kept[k] : value_of_trial(narrow, at + BATCH * k, own, reach);
       const floatv share =
           smooth_step(trial.same_low, trial.same_high, t.gx * ax + t.gy * ay + t.gz * az);
-      add_told(&A, t, share);
-      add_told(&B, t, 1.0f - share);
+      add_trial_value(&A, t, share);
+      add_trial_value(&B, t, 1.0f - share);
     }
     if (round == 2) break;
     const floatv size = A.nx * A.nx + A.ny * A.ny + A.nz * A.nz;

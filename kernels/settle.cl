@@ -36,8 +36,8 @@ inline int load_work(const int tile, const int begin, global const int* sample,
   return v;
 }
 
-// Lanes will ask for what is near between these depths, where wanted.
-inline void ask_for(const floatv from, const floatv to, const intv wanted, Around* around) {
+// What is near lanes between these depths will be needed, where wanted.
+inline void need_between(const floatv from, const floatv to, const intv wanted, Around* around) {
   around->from = SELECT(around->from, smaller(around->from, from), wanted);
   around->to = SELECT(around->to, larger(around->to, to), wanted);
 }
@@ -340,7 +340,7 @@ kernel void settle_samples(
       verdict[v] = judge(lanes[v].at, lanes[v].used, triangle, reference, trust, depth, how.limits,
                          how.only_gaps);
       around.wanted[v] = verdict[v].doubted;
-      ask_for(verdict[v].t, verdict[v].t, verdict[v].doubted, &around);
+      need_between(verdict[v].t, verdict[v].t, verdict[v].doubted, &around);
     }
     for (int v = 0; v < vectors; ++v) {
       settle(verdict[v], lanes[v].at, lanes[v].used, lanes[v].rays, how.limits, reference, depth,
@@ -374,9 +374,9 @@ kernel void follow_field(SAMPLES(const, selected, count),
     for (int v = 0; v < vectors; ++v) {
       const floatv t0 = gather_float(reference, lanes[v].at), t = gather_float(depth, lanes[v].at);
       last[v] = gather_float(behind, lanes[v].at);
-      ask_for(search_from(t, t0, last[v], how.limits), search_to(t, t0, how.limits), lanes[v].used,
+      need_between(search_from(t, t0, last[v], how.limits), search_to(t, t0, how.limits), lanes[v].used,
               &around);
-      ask_for(t, t, lanes[v].used & (t < INFINITY), &around);
+      need_between(t, t, lanes[v].used & (t < INFINITY), &around);
     }
     for (int v = 0; v < vectors; ++v)
       follow(lanes[v].at, lanes[v].used, how.screen.nx * how.screen.ny, lanes[v].rays, last[v],
@@ -451,14 +451,14 @@ kernel void settle_gaps(SAMPLES(const, sample, count), global const float* refer
     if (!load_work(tile_of_item(), place, sample, count, how.screen, &lane, &around)) return;
     const float t0 = reference[lane.at[0]], t = depth[lane.at[0]], last = behind[lane.at[0]];
     if (t0 < INFINITY && !(t < INFINITY)) {
-      ask_for(search_from(t, t0, last, how.limits), search_to(t, t0, how.limits), 1, &around);
+      need_between(search_from(t, t0, last, how.limits), search_to(t, t0, how.limits), 1, &around);
       follow(lane.at, 1, n, lane.rays, last, reference, trust, depth, normal, group, kind, behind,
              cells, weight, level_weight, how.limits, &around);
     }
     const Stretch on = splash_on(&lane, from, to, depth);
     if (!on.any) continue;
     load_work(tile_of_item(), place, sample, count, how.screen, &lane, &around);  // a new search
-    ask_for(on.start, on.end, 1, &around);
+    need_between(on.start, on.end, 1, &around);
     draw_blobs(&lane, on, n, depth, normal, group, kind, cells, level_weight, how.limits.level,
                &around);
   }
@@ -488,7 +488,7 @@ kernel void draw_splash(SAMPLES(const, sample, count), EXTENT(const, from, to),
 #endif
     for (int v = 0; v < vectors; ++v) {
       const Stretch on = splash_on(lanes + v, from, to, depth);
-      ask_for(on.start, on.end, on.any, &around);
+      need_between(on.start, on.end, on.any, &around);
     }
     for (int v = 0; v < vectors; ++v)
       draw_blobs(lanes + v, splash_on(lanes + v, from, to, depth), screen.nx * screen.ny, depth,

@@ -15,10 +15,10 @@ typedef struct {
   float across;  // radii: bends within count for the direction of a ridge, with 4 values
 } Fits;
 
-// Fits that ask for means.
+// Places and normals around which means are wanted.
 typedef struct {
   floatv x, y, z, nx, ny, nz;
-} Asking;
+} Query;
 
 // Sums of the weights of fits, and of what they weigh; or means.
 typedef struct {
@@ -26,8 +26,8 @@ typedef struct {
   floatv nx, ny, nz;  // sum of normals where they bend, with 4 values
 } Sums;
 
-// Adds the listed fits to the sums of those that ask.
-inline void add_fits(const Fits fits, const int* item, const int count, const Asking at, Sums* result) {
+// Adds the listed fits to the sums around `at`.
+inline void add_fits(const Fits fits, const int* item, const int count, const Query at, Sums* result) {
   Sums sums = *result;  // see add_listed in field.cl
   const int n = fits.n;
   global const float* normal = fits.normal;
@@ -58,7 +58,7 @@ inline void add_fits(const Fits fits, const int* item, const int count, const As
 
 // The means of the values around fits of SPAN cells of a row; 0 where nothing weighs anything. Those that
 // count nothing are left out before they are summed.
-inline Sums means_around(const Fits fits, const Together own, const Asking at) {
+inline Sums means_around(const Fits fits, const Together own, const Query at) {
   const Cells cells = fits.cells;
   const floatv none = (floatv)(0.0f);
   const Box box = box_of(at.x, at.y, at.z, own.used);
@@ -89,13 +89,13 @@ inline Sums means_around(const Fits fits, const Together own, const Asking at) {
 }
 
 // Those at `first` and behind it.
-inline Asking asking_from(const Fits fits, const int first) {
-  const Asking at = {LOADF(fits.cells.x + first),
-                     LOADF(fits.cells.y + first),
-                     LOADF(fits.cells.z + first),
-                     LOADF(fits.normal + first),
-                     LOADF(fits.normal + fits.n + first),
-                     LOADF(fits.normal + 2 * fits.n + first)};
+inline Query query_from(const Fits fits, const int first) {
+  const Query at = {LOADF(fits.cells.x + first),
+                    LOADF(fits.cells.y + first),
+                    LOADF(fits.cells.z + first),
+                    LOADF(fits.normal + first),
+                    LOADF(fits.normal + fits.n + first),
+                    LOADF(fits.normal + 2 * fits.n + first)};
   return at;
 }
 
@@ -114,7 +114,7 @@ kernel void average_on_sheets(
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   for (int first = begin; first < end;) {
     const Together own = particles_together(fits.cells, SPAN, first, end, n);
-    const Sums means = means_around(fits, own, asking_from(fits, first));
+    const Sums means = means_around(fits, own, query_from(fits, first));
     scatter_float(means.a, mean, own.at, own.used);
     if (by.values > 1) {
       scatter_float(means.b, mean + n, own.at, own.used);
@@ -146,16 +146,16 @@ inline floatv score_of(const floatv one, const floatv two, const floatv bend, co
   return logarithm(t * t * (b * sqrt(b)) / (o2 * o2)) + 45.0f * missed;
 }
 
-// How much of a say a bend has where scores are averaged. Waves beside an edge score like round water, and
-// so do the corners where edges meet: the most say have bends of about .04. Never none, so that a mean goes
+// The weight of a bend where scores are averaged. Waves beside an edge score like round water, and so do the
+// corners where edges meet: bends of about .04 weigh most. The weight is never 0, so that a mean changes
 // steadily with the particles where only slight bends are near.
-inline floatv say_of(const floatv bend) {
+inline floatv weight_of_bend(const floatv bend) {
   return (smooth_step(0.02f, 0.04f, bend) + 0.01f) / sqrt(larger(bend, (floatv)(1e-6f)));
 }
 
 // The evidence for one quadric or two sheets (measure_evidence) is averaged over the sheet around each fit
-// and scored. What it says goes into a sheet of wider cells: how much it counts, 0 where nothing bends; the
-// score; and how far it bends, 0 .. 1. Its normal there is that of the ridge near by, the mean of the normals
+// and scored. The result goes into a sheet of wider cells: its weight, 0 where nothing bends; the score; and
+// how far the fit bends, 0 .. 1. Its normal there is that of the ridge near by, the mean of the normals
 // where they bend most: both faces of an edge have the same, and so they count the same scores.
 kernel void score_bends(CELLS(cell_), global const float* normal,  // as for average_on_sheets
                         global const float* share, global const float* value,
@@ -166,7 +166,7 @@ kernel void score_bends(CELLS(cell_), global const float* normal,  // as for ave
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
   for (int first = begin; first < end;) {
     const Together own = particles_together(fits.cells, SPAN, first, end, n);
-    const Asking at = asking_from(fits, first);
+    const Query at = query_from(fits, first);
     const Sums means = means_around(fits, own, at);
     const floatv bend = means.c, bends = smooth_step(0.005f, 0.02f, bend);
     const floatv score = score_of(without_noise(means.a, by.noise), without_noise(means.b, by.noise),
@@ -180,7 +180,7 @@ kernel void score_bends(CELLS(cell_), global const float* normal,  // as for ave
     scatter_float(SELECT(at.nx, means.nx * scale, turns), toward, place, own.used);
     scatter_float(SELECT(at.ny, means.ny * scale, turns), toward + n, place, own.used);
     scatter_float(SELECT(at.nz, means.nz * scale, turns), toward + 2 * n, place, own.used);
-    scatter_float(LOADF(share + first) * bends * say_of(bend), bent_share, place, own.used);
+    scatter_float(LOADF(share + first) * bends * weight_of_bend(bend), bent_share, place, own.used);
     scatter_float(score, bent_value, place, own.used);
     scatter_float(bends, bent_value + n, place, own.used);
     first += own.count;
@@ -188,14 +188,14 @@ kernel void score_bends(CELLS(cell_), global const float* normal,  // as for ave
 }
 
 // The roundness of bent fits, from the mean of the scores around: behind the normal of each one's particle.
-// Only those of a block that bend ask.
-kernel void tell_roundness(global float* surface,  // [particles][4] normals, in and out
-                           CELLS(cell_),
-                           global const float* normal,  // [3][n] in bucket order
-                           global const float* share,   // [n] 0 where nothing bends
-                           global const float* value,   // [2][n] score; how far it bends
-                           global const int* particle,  // [n] in the surface
-                           const SheetMeans by) {
+// Only for the fits of a block that bend.
+kernel void set_roundness(global float* surface,  // [particles][4] normals, in and out
+                          CELLS(cell_),
+                          global const float* normal,  // [3][n] in bucket order
+                          global const float* share,   // [n] 0 where nothing bends
+                          global const float* value,   // [2][n] score; how far it bends
+                          global const int* particle,  // [n] in the surface
+                          const SheetMeans by) {
   const int n = by.fits;
   const Fits fits = {CELLS_OF(cell_), n, 1, normal, share, value, by.weights, 0.0f};
   const int begin = get_global_id(0) * BLOCK, end = min(begin + BLOCK, n);
@@ -206,9 +206,9 @@ kernel void tell_roundness(global float* surface,  // [particles][4] normals, in
   for (int l = 0; l < WIDTH; ++l) bent[count + l] = bent[count - 1];
   for (int first = 0; first < count;) {
     const int* item = bent + first;
-    const Asking at = {gather_float(cell_x, item),     gather_float(cell_y, item),
-                       gather_float(cell_z, item),     gather_float(normal, item),
-                       gather_float(normal + n, item), gather_float(normal + 2 * n, item)};
+    const Query at = {gather_float(cell_x, item),     gather_float(cell_y, item),
+                      gather_float(cell_z, item),     gather_float(normal, item),
+                      gather_float(normal + n, item), gather_float(normal + 2 * n, item)};
     const Together own =
         those_together(fits.cells, SPAN, LOADI(item), at.x, at.y, at.z, count - first);
     const Sums means = means_around(fits, own, at);

@@ -230,15 +230,15 @@ kernel void splat_fronts(global const float* disc, ENTRIES(end, entry),
 }
 
 // The nearest front, INFINITY where there is none, and the farthest back, 0 where there is none.
-// Bins without particles are left as they are, unless `asked` for: then there are no fronts.
+// Bins without particles are left as they are, unless `needed`: then there are no fronts.
 kernel void splat_extent(global const float* disc, ENTRIES(end, entry), EXTENT(, from, to),
                          global int* occupied,     // [blocks] out: as of splat_fronts
-                         global const int* asked,  // [blocks] not 0: is to be written
+                         global const int* needed,  // [blocks] not 0: is to be written
                          const ListedBins bins, const Lattice nodes) {
   const Part part = part_of(end, bins);
   if (part.bin >= bins.end) return;
   const int any_entries = part.begin < part.end;
-  if (!any_entries && !asked[block_of(part.i, part.j, nodes.nx)]) return;
+  if (!any_entries && !needed[block_of(part.i, part.j, nodes.nx)]) return;
   floatv near[ROWS], far[ROWS];
   for (int row = 0; row < ROWS; ++row) {
     near[row] = (floatv)(INFINITY);

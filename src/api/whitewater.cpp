@@ -133,16 +133,16 @@ class Drawing {
   }
 
   void report(std::vector<Notice>& notices) const {
-    std::vector<Notice> told;
+    std::vector<Notice> own;
     if (bad_ > 0) {
       Notice notice = not_finite(bad_, bad_ + drawn_, first_bad_);
       notice.text += params_.strict ? "; leave " + setting("strict") + " away to drop them"
                                     : " and were dropped";
       if (params_.strict) throw InputError(notice);
-      told.push_back(std::move(notice));
+      own.push_back(std::move(notice));
     }
-    velocities_.report("particles", params_, told);
-    for (Notice& notice : told) {
+    velocities_.report("particles", params_, own);
+    for (Notice& notice : own) {
       notice.text = name_of(source_) + ": " + notice.text;
       notices.push_back(std::move(notice));
     }

@@ -21,7 +21,7 @@ class JoinedSource : public ParticleSource {
   JoinedSource(const std::vector<std::string>& paths, const ReadOptions& options, Team& team)
       : team_(team), ranks_(team.size()) {
     parts_.resize(paths.size());
-    std::vector<Told> mine;
+    std::vector<PartHeader> mine;
     for (std::size_t k = 0; k < paths.size(); ++k) {
       parts_[k].path = paths[k];
       if (owner(k) != team.rank()) continue;
@@ -29,13 +29,13 @@ class JoinedSource : public ParticleSource {
       mine.push_back({k, source->size(), source->particle_radius(), source->has_radius(),
                       source->has_velocity(), source->in_memory() == nullptr});
     }
-    std::vector<Told> told(paths.size());
-    for (const Told& one : team.joined(std::move(mine))) told[one.part] = one;
-    settle(told);
+    std::vector<PartHeader> headers(paths.size());
+    for (const PartHeader& one : team.joined(std::move(mine))) headers[one.part] = one;
+    settle(headers);
     settle_attributes();
     for (std::size_t k = 0; k < paths.size(); ++k) {
       Part& part = parts_[k];
-      if (told[k].on_disk && static_cast<int>(paths.size()) < ranks_) {
+      if (headers[k].on_disk && static_cast<int>(paths.size()) < ranks_) {
         if (!part.source) open_range(k, options);
         const auto place = [&](int rank) { return part.first + part.size * rank / ranks_; };
         share_.push_back({place(team.rank()), place(team.rank() + 1) - place(team.rank())});
@@ -77,8 +77,8 @@ class JoinedSource : public ParticleSource {
     std::int64_t first = 0, size = 0;        // in the frame
   };
 
-  // What a part's owner tells all.
-  struct Told {
+  // What all processes learn of a part from the one that opened it.
+  struct PartHeader {
     std::size_t part = 0;
     std::int64_t size = 0;
     double particle_radius = 0;
@@ -91,21 +91,21 @@ class JoinedSource : public ParticleSource {
 
   // Where the parts lie in the frame, and what it has as a whole. Parts without particles say
   // nothing about the others.
-  void settle(const std::vector<Told>& told) {
+  void settle(const std::vector<PartHeader>& headers) {
     const Part* stated = nullptr;  // the first that has particles
     for (std::size_t k = 0; k < parts_.size(); ++k) {
       Part& part = parts_[k];
       part.first = size_;
-      part.size = told[k].size;
+      part.size = headers[k].size;
       size_ += part.size;
       if (part.size == 0) continue;
       if (!stated) {
         stated = &part;
-        has_radius_ = told[k].has_radius;
-        has_velocity_ = told[k].has_velocity;
-        particle_radius_ = told[k].particle_radius;
+        has_radius_ = headers[k].has_radius;
+        has_velocity_ = headers[k].has_velocity;
+        particle_radius_ = headers[k].particle_radius;
       }
-      require_agreement(part, told[k], *stated);
+      require_agreement(part, headers[k], *stated);
     }
   }
 
@@ -149,7 +149,7 @@ class JoinedSource : public ParticleSource {
     }
   }
 
-  void require_agreement(const Part& part, const Told& told, const Part& stated) const {
+  void require_agreement(const Part& part, const PartHeader& header, const Part& stated) const {
     const std::string must = " (the parts of a frame must agree",
                       override = "; give " + setting("particle-radius") + " to override";
     const auto require_same = [&](const std::string& values, bool here, bool there,
@@ -159,11 +159,12 @@ class JoinedSource : public ParticleSource {
                          ", those of " + stated.path + " have " + (there ? "some" : "none") + must +
                          advice + ")");
     };
-    require_same("radii", told.has_radius, has_radius_, override);
-    require_same("velocities", told.has_velocity, has_velocity_, "");
-    if (told.particle_radius != particle_radius_)
-      throw InputError(part.path + ": particle_radius is " + shown(told.particle_radius) + ", in " +
-                       stated.path + " it is " + shown(particle_radius_) + must + override + ")");
+    require_same("radii", header.has_radius, has_radius_, override);
+    require_same("velocities", header.has_velocity, has_velocity_, "");
+    if (header.particle_radius != particle_radius_)
+      throw InputError(part.path + ": particle_radius is " + shown(header.particle_radius) +
+                       ", in " + stated.path + " it is " + shown(particle_radius_) + must +
+                       override + ")");
   }
 
   void open_range(std::size_t k, const ReadOptions& options) {

@@ -28,8 +28,8 @@
 namespace meniscus {
 namespace {
 
-// Corners of cells are asked this near to particles that see air; the surface is one particle
-// radius outside them, and wherever else it goes more corners are asked for.
+// Corners of cells are evaluated this near to particles that see air; the surface is one particle
+// radius outside them, and wherever else it goes more corners are added.
 constexpr double kBand = 2;
 
 // Round fits of particles anywhere (a disorder of 2) have so much more support than in views,

@@ -3,7 +3,7 @@
 // nothing, so every sum is the same as over all particles.
 //
 // Three numbers are of the whole frame: what residual noise explains, the farthest reach of a fit,
-// and how often corners were asked for until the surface was closed. All parts are made with what
+// and how often corners were added until the surface was closed. All parts are made with what
 // these nearly always are. Where the parts find others, all are made again with these.
 #include "methods/closed_parts.hpp"
 
@@ -24,8 +24,8 @@
 namespace meniscus {
 namespace {
 
-// How far around the corners that are asked particles bear on F, step by step backwards; in the
-// unit of length of the particles' disorder (relax.hpp).
+// How far around the corners where F is evaluated particles bear on it, step by step backwards; in
+// the unit of length of the particles' disorder (relax.hpp).
 struct Halo {
   double fitted;     // fits
   double tried;      // trial fits, which tell roundness
@@ -94,10 +94,10 @@ class PartMaker {
         made.nothing.attributes.push_back({attribute.name, {}});
     const PlacedFluid placed = evened_fluid(view_, disorder_, std::move(part.placed));
     if (placed.particles.size() == 0) return made;
-    const SpaceBox inside = space_of(own, cell_), asked = space_of(own, cell_, known.rounds);
+    const SpaceBox inside = space_of(own, cell_), evaluated = space_of(own, cell_, known.rounds);
     for (std::size_t i = 0; i < placed.particles.size(); ++i)
       made.particles += inside.holds(placed.particles.eye(i));
-    FittedFluid fluid = fit(placed, asked, known);
+    FittedFluid fluid = fit(placed, evaluated, known);
     for (std::size_t k = 0; k < fluid.fits.size(); ++k)
       if (inside.holds(fluid.fits.position[k])) {
         ++made.fits;
@@ -117,11 +117,11 @@ class PartMaker {
   }
 
  private:
-  FittedFluid fit(const PlacedFluid& placed, const SpaceBox& asked, const Known& known) const {
+  FittedFluid fit(const PlacedFluid& placed, const SpaceBox& evaluated, const Known& known) const {
     const Halo halo = halo_of(params_, disorder_);
     FitScope scope;
-    scope.tried = [box = asked.wider(halo.tried)](const Vec3d& at) { return box.holds(at); };
-    scope.fitted = [box = asked.wider(halo.fitted)](const Vec3d& at) { return box.holds(at); };
+    scope.tried = [box = evaluated.wider(halo.tried)](const Vec3d& at) { return box.holds(at); };
+    scope.fitted = [box = evaluated.wider(halo.fitted)](const Vec3d& at) { return box.holds(at); };
     scope.noise = known.noise;
     scope.reach = known.reach;
     return fit_fluid(device_, placed, params_, clock_, scope);

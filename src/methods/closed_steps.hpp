@@ -26,8 +26,8 @@ namespace meniscus {
 inline constexpr double kLeastFluid = 1;
 inline double least_air(const Disorder& disorder) { return between(8, 128, disorder.anywhere()); }
 
-/// Corners of cells of side `cell` are asked this near to particles that see air, particle radii;
-/// the surface is one radius outside them, and wherever else it goes more corners are asked for.
+/// Corners of cells of side `cell` are evaluated this near to particles that see air, particle
+/// radii; the surface is one radius outside them, and wherever else it goes more corners are added.
 double band_of(double cell);
 
 /// The density field of particles.

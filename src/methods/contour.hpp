@@ -18,15 +18,15 @@ namespace meniscus {
 /// Asks the function at corners that are wanted until all cells around its surface are there.
 void close_grid(Device& device, const ImplicitFunction& function, SpaceGrid& grid);
 
-/// Corners around a box's own that are asked too: a corner is wanted for the sake of one beside it,
-/// so what lies farther away than there are rounds has no say.
+/// Corners around a box's own that are evaluated too: a corner is wanted for the sake of one beside
+/// it, so what lies farther away than there are rounds has no say.
 inline constexpr int kRoundsAround = 8;
 
 /// What is meshed.
 struct Contoured {
   Device& device;
   const ImplicitFunction& function;
-  const Points& seeds;  // particles that see air; where corners are asked first
+  const Points& seeds;  // particles that see air; where corners are evaluated first
   double cell;          // side of a cell, in the unit of length of these
   StageClock& clock;
 };
@@ -35,11 +35,11 @@ struct Contoured {
 /// thinner than 64 cells.
 std::vector<BlockBox> share_cells(const Contoured& of, const BlockBox& own, std::size_t memory);
 
-/// The mesh of a box's own blocks. Corners are asked up to `around` beyond it; `rounds` becomes how
-/// many times more of its own corners were wanted, if that is more.
+/// The mesh of a box's own blocks. Corners are evaluated up to `around` beyond it; `rounds` becomes
+/// how many times more of its own corners were wanted, if that is more.
 MeshPart mesh_box(const Contoured& of, const BlockBox& own, int around, int& rounds);
 
-/// How far beyond boxes corners are to be asked, where more were wanted so many times: then the
+/// How far beyond boxes corners are to be evaluated, where more were wanted so many times: then the
 /// boxes' meshes are those of the whole surface. One round in which nothing was wanted tells that
 /// none will.
 int enough_around(int rounds);

@@ -28,7 +28,7 @@ namespace {
 // view seems to end there, and fits that lie at such an end must not reach the screen.
 constexpr double kMargin = 16;
 
-// The mesh's cells, and how near to the surface's particles their corners are asked at first;
+// The mesh's cells, and how near to the surface's particles their corners are evaluated at first;
 // particle radii.
 constexpr double kCell = 2, kBand = 2;
 
@@ -49,7 +49,7 @@ constexpr double kSpokenFor = 4;
 // roundness goes, on the mean. Those by more than 120 degrees off are of the other side.
 constexpr double kFlat = 0.02, kOtherSide = -0.5;
 
-// What the front shows to be creases is creases behind it, too: a place is not asked how round it
+// What the front shows to be creases is creases behind it, too: it is not measured how round it
 // is where fewer than this share of the front's bends are round, each by 1 / (d^2 + reach^2)^2 of
 // its distance d. They are summed up in cubes.
 constexpr double kMostRound = 0.5, kBendReach = 16, kBendCube = 16;
@@ -153,16 +153,16 @@ Visible choose_bent(const KnownFluid& known, const Cells& cells, const Visible& 
     return turn / all;  // the particle itself counts
   };
   const std::vector<FrontBends> bends = bends_of(known.fits);
-  std::vector<char> asked(hidden.index.size());
-  parallel_for(asked.size(), kGrain, [&](std::size_t begin, std::size_t end) {
+  std::vector<char> is_bent(hidden.index.size());
+  parallel_for(is_bent.size(), kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const auto particle = static_cast<std::size_t>(hidden.index[k]);
-      asked[k] = turn_at(k) > kFlat && !is_among_creases(bends, known.particles.eye(particle));
+      is_bent[k] = turn_at(k) > kFlat && !is_among_creases(bends, known.particles.eye(particle));
     }
   });
   Visible bent;
-  for (std::size_t k = 0; k < asked.size(); ++k)
-    if (asked[k]) bent.index.push_back(hidden.index[k]);
+  for (std::size_t k = 0; k < is_bent.size(); ++k)
+    if (is_bent[k]) bent.index.push_back(hidden.index[k]);
   bent.owned.assign(bent.index.size(), 1);
   return bent;
 }
@@ -275,12 +275,12 @@ DualMesh mesh_behind(Device& device, const View& view, const std::vector<float>&
   clock.start("crossings");
   CrossedEdges edges = list_crossings(grid);
   guess_crossings(grid, edges);
-  const std::vector<std::uint32_t> asked =
+  const std::vector<std::uint32_t> hidden =
       of_same_cells(grid, edges, list_hidden(view, front, grid, edges));
-  measure_crossings(device, function, asked, edges);
+  measure_crossings(device, function, hidden, edges);
   clock.start("mesh");
-  DualMesh mesh = place_vertices(grid, edges, asked, kPlacing);
-  join_vertices(grid, edges, asked, mesh);
+  DualMesh mesh = place_vertices(grid, edges, hidden, kPlacing);
+  join_vertices(grid, edges, hidden, mesh);
   drop_crumbs(mesh, kLeastFluid, least_air(disorder));
   return mesh;
 }

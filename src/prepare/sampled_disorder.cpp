@@ -87,13 +87,13 @@ Disorder find_disorder(const ParticleSource& source, const View& view, const Par
   const std::vector<std::size_t> order =
       without_crowds(found, canonical_order(found, {}, of_some), view.radius, of_some);
   const WorldParticles world = particles_in_order(found, order, view.radius, false);
-  std::vector<std::int32_t> asked;
+  std::vector<std::int32_t> sampled;
   for (std::size_t k = 0; k < order.size(); ++k)
     if (std::binary_search(places.begin(), places.end(), Place{world.x[k], world.y[k], world.z[k]}))
-      asked.push_back(static_cast<std::int32_t>(k));
+      sampled.push_back(static_cast<std::int32_t>(k));
   const Projected placed = place_particles(view, world);
   const Cells cells = make_cells(placed.x, placed.y, placed.z, static_cast<float>(kRelaxReach));
-  const ParticleOrder measured = measure_order(placed, asked, cells);
+  const ParticleOrder measured = measure_order(placed, sampled, cells);
   const double amount = disorder_of(measured);
   return source.team().from_first(amount < kWorthwhile ? Disorder{}
                                                        : Disorder{amount, measured.spacing});

@@ -103,9 +103,9 @@ void find_doubled(const CornerValues& value, SurfaceCell& cell) {
 }
 
 // The pieces of a cell whose corners have these signs. Where a face has them alternately, the
-// values decide, else the signs tell all.
+// values decide, else the signs suffice.
 struct PiecesOfSigns {
-  bool tell_all;
+  bool suffice;
   std::uint8_t pieces;
   std::uint16_t crossed;
   std::uint32_t piece;
@@ -160,7 +160,7 @@ void find_pieces(const CornerValues& value, SurfaceCell& cell) {
     signs |= static_cast<std::size_t>(is_inside(value[c])) << c;
   static const std::array<PiecesOfSigns, 256> of_signs = list_pieces();
   const PiecesOfSigns& plain = of_signs[signs];
-  if (plain.tell_all) {
+  if (plain.suffice) {
     cell.pieces = plain.pieces;
     cell.doubled = 0;
     cell.crossed = plain.crossed;

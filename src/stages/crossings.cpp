@@ -195,7 +195,7 @@ std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdg
 
 void measure_crossings(Device& device, const ImplicitFunction& function,
                        const std::vector<std::uint32_t>& some, CrossedEdges& edges) {
-  // Those of one block corner by corner: points that lie near each other are asked together.
+  // Those of one block corner by corner: points that lie near each other are evaluated together.
   const std::size_t together = points_together(device);
   Points points;
   points.reserve(2 * some.size());

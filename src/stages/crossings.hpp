@@ -50,8 +50,8 @@ std::vector<std::uint32_t> of_same_cells(const SpaceGrid& grid, const CrossedEdg
 void measure_crossings(Device& device, const ImplicitFunction& function,
                        const std::vector<std::uint32_t>& some, CrossedEdges& edges);
 
-/// Where they cross the surface: F is asked at up to six points of each, until it is less than .004
-/// particle radii. Waits.
+/// Where they cross the surface: F is evaluated at up to six points of each, until it is less than
+/// .004 particle radii. Waits.
 void find_crossings(Device& device, const ImplicitFunction& function, const SpaceGrid& grid,
                     CrossedEdges& edges);
 

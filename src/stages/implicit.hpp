@@ -20,7 +20,7 @@ struct ImplicitFunction {
   DeviceCells levelled;          // all particles, see level_cells()
   cl_float2 limits{}, sheets{};  // see implicit.cl
   float mass = 1, disorder = 0;  // of the particles, see implicit.cl
-  /// Only where F changes its sign is asked, and the levelled field alone: F is what that lacks of
+  /// Only where F changes its sign is wanted, and the levelled field alone: F is what that lacks of
   /// 1, which is no distance, and has no gradient.
   bool alone = false;
 };

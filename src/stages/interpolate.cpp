@@ -45,18 +45,18 @@ LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<
       static_cast<float>(std::min(kSpread / side, kMostSpread) * tolerance),
       side <= kWidestCell,
       !view.orthographic};
-  records::Screen asked = screen_of(view, grid);
-  asked.step *= static_cast<float>(every);
+  records::Screen fine = screen_of(view, grid);
+  fine.step *= static_cast<float>(every);
   const Range padded_range{static_cast<std::size_t>(cells.stride / width),
                            static_cast<std::size_t>(cells.rows), 64, 1};
   const std::size_t size =
       static_cast<std::size_t>(cells.stride) * static_cast<std::size_t>(cells.rows);
   const auto shows = allocate<cl_uchar>(device, size), wanted = allocate<cl_uchar>(device, size);
   launch(device, kernels::compare_corners, width, range, surface, open, occupied, splash_occupied,
-         shows, asked, cells);
+         shows, fine, cells);
   const FrontMaps fronts{reference, splash, occupied, splash_occupied};
   launch(device, kernels::interpolate_samples, width, padded_range, shows, fronts, surface, wanted,
-         open, asked, cells);
+         open, fine, cells);
   return list_between(device, grid, wanted, cells.stride, every, blocks);
 }
 

@@ -58,7 +58,7 @@ inline constexpr double kLeastNoise = 0.14;
 /// How far a fit's edge e looks (kernel measure_edges), particle radii.
 inline constexpr float kEdgeReach = 4;
 
-/// How far behind fits' feet the density is asked for, too (trust.hpp), particle radii.
+/// How far behind fits' feet the density is measured, too (trust.hpp), particle radii.
 inline constexpr float kDeep = 3;
 
 /// What fits have where one quadric explains the surroundings (roundness 1), where FitParams says
@@ -240,7 +240,7 @@ struct DeviceFits {
   Buffer<float> rough;              // residuals before the last pass, [fits] in bucket order;
                                     // empty: no supports are narrowed by them
   std::optional<LaneSheet> around;  // what their trust is told from, but for the densities
-  Buffer<float> feet;               // [3][2 fits] where these are asked for
+  Buffer<float> feet;               // [3][2 fits] where these are measured
   double offset = 0;                // FitParams::offset
   bool knows_surroundings = false;  // whether the first part's means are what trust is told from
   ParticleFits known;               // what the host knows of the fits before it has them

@@ -29,7 +29,7 @@ KeptTriangles upload_triangles(Device& device, const Triangulation& mesh) {
 }
 
 void draw_triangles(Device& device, const View& view, const KeptTriangles& triangles,
-                    const SampleGrid& grid, const OccupiedBlocks& asked,
+                    const SampleGrid& grid, const OccupiedBlocks& needed,
                     const Buffer<float>& into) {
   const bool by_minima = draws_by_minima(device);
   if (triangles.count == 0) {
@@ -44,7 +44,7 @@ void draw_triangles(Device& device, const View& view, const KeptTriangles& trian
     launch(device, kernels::lower_triangles, width, disc_items(triangles.count, width),
            triangles.corners, no_bound(device, grid), into,
            records::Outlined{triangles.count, triangles.stride, bins_of(grid).nx}, lattice_of(grid),
-           perspective, asked);
+           perspective, needed);
     return;
   }
   const auto records = allocate<float>(device, 16 * stride);
@@ -54,14 +54,14 @@ void draw_triangles(Device& device, const View& view, const KeptTriangles& trian
          outlines.count, outlines.stride, lattice_of(grid), perspective);
   draw_bins(device, outlines, no_bound(device, grid), grid, [&](const BinLists& lists) {
     launch(device, kernels::draw_triangles, width, bin_items(lists, width), records, lists, into,
-           lists.bins, lattice_of(grid), perspective, asked);
+           lists.bins, lattice_of(grid), perspective, needed);
   });
 }
 
 Buffer<float> draw_triangles(Device& device, const View& view, const Triangulation& mesh,
-                             const SampleGrid& grid, const OccupiedBlocks& asked) {
+                             const SampleGrid& grid, const OccupiedBlocks& needed) {
   const Buffer<float> depth = map_to_draw(device, grid, kNoSurface);
-  draw_triangles(device, view, upload_triangles(device, mesh), grid, asked, depth);
+  draw_triangles(device, view, upload_triangles(device, mesh), grid, needed, depth);
   return depth;
 }
 

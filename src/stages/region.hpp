@@ -16,14 +16,15 @@ struct KeptTriangles {
 };
 KeptTriangles upload_triangles(Device& device, const Triangulation& mesh);
 
-/// Depth of the kept triangles at every sample of the blocks that are `asked` for (particle radii),
+/// Depth of the kept triangles at every sample of the blocks that are `needed` (particle radii),
 /// kNoSurface outside them. Drawn into a map, which is kNoSurface where the device draws by minima.
 /// Waits, but for atomic minima. Throws DeviceError.
 void draw_triangles(Device& device, const View& view, const KeptTriangles& triangles,
-                    const SampleGrid& grid, const OccupiedBlocks& asked, const Buffer<float>& into);
+                    const SampleGrid& grid, const OccupiedBlocks& needed,
+                    const Buffer<float>& into);
 
 /// The same of a mesh, into a new map.
 Buffer<float> draw_triangles(Device& device, const View& view, const Triangulation& mesh,
-                             const SampleGrid& grid, const OccupiedBlocks& asked);
+                             const SampleGrid& grid, const OccupiedBlocks& needed);
 
 }  // namespace meniscus

@@ -86,13 +86,13 @@ Around see_others(const Projected& particles, std::int32_t own, std::span<const 
 
 // The half of some particles that see the most others, of equally many those with the nearest ones:
 // they lie inside the fluid.
-Inside look_inside(const Projected& particles, const std::vector<std::int32_t>& asked,
+Inside look_inside(const Projected& particles, const std::vector<std::int32_t>& sampled,
                    const Cells& cells) {
-  const NearLists lists = list_near(particles, asked, cells, kRelaxReach);
-  const std::size_t half = asked.size() / 2;
+  const NearLists lists = list_near(particles, sampled, cells, kRelaxReach);
+  const std::size_t half = sampled.size() / 2;
   if (half == 0) return {};
   std::vector<std::size_t> near;  // how many, itself among them
-  for (std::size_t k = 0; k < asked.size(); ++k) near.push_back(lists[k].size());
+  for (std::size_t k = 0; k < sampled.size(); ++k) near.push_back(lists[k].size());
   std::vector<std::size_t> sorted = near;
   std::ranges::nth_element(sorted, sorted.begin() + static_cast<std::ptrdiff_t>(half) - 1,
                            std::greater{});
@@ -101,9 +101,9 @@ Inside look_inside(const Projected& particles, const std::vector<std::int32_t>& 
   const std::size_t fewest = std::max(sorted[half - 1], kInside + 1);
   Inside inside;
   inside.squared.reserve(64 * half);  // mostly enough
-  for (std::size_t k = 0; k < asked.size(); ++k)
+  for (std::size_t k = 0; k < sampled.size(); ++k)
     if (near[k] >= fewest)
-      inside.sample.push_back(see_others(particles, asked[k], lists[k], inside.squared));
+      inside.sample.push_back(see_others(particles, sampled[k], lists[k], inside.squared));
   std::ranges::stable_sort(inside.sample, [](const Around& a, const Around& b) {
     return a.others != b.others ? a.others > b.others : a.nearest < b.nearest;
   });
@@ -214,9 +214,9 @@ void set_rounds(LaneLists::Block& block, const Places& at, const SpaceBox& wante
 
 }  // namespace
 
-ParticleOrder measure_order(const Projected& particles, const std::vector<std::int32_t>& asked,
+ParticleOrder measure_order(const Projected& particles, const std::vector<std::int32_t>& sampled,
                             const Cells& cells) {
-  const Inside inside = look_inside(particles, asked, cells);
+  const Inside inside = look_inside(particles, sampled, cells);
   const std::vector<Around>& sample = inside.sample;
   if (sample.size() < kFewest) return {};
   ParticleOrder order;
@@ -243,9 +243,9 @@ ParticleOrder measure_order(const Projected& particles, const std::vector<std::i
 
 ParticleOrder measure_order(const Projected& particles, const Cells& cells) {
   const std::size_t n = particles.size(), every = 1 + n / kOrderSample;
-  std::vector<std::int32_t> asked;
-  for (std::size_t i = 0; i < n; i += every) asked.push_back(static_cast<std::int32_t>(i));
-  return measure_order(particles, asked, cells);
+  std::vector<std::int32_t> sampled;
+  for (std::size_t i = 0; i < n; i += every) sampled.push_back(static_cast<std::int32_t>(i));
+  return measure_order(particles, sampled, cells);
 }
 
 double Disorder::unit() const { return between(1, kCoarsestUnit, anywhere()); }

@@ -33,9 +33,9 @@ struct ParticleOrder {
 
 /// Measured at some particles, of these at the half with the most others within kRelaxReach.
 ///
-///   asked  indices of the some
+///   sampled  indices of the some
 ///   cells  of all particles, of side kRelaxReach
-ParticleOrder measure_order(const Projected& particles, const std::vector<std::int32_t>& asked,
+ParticleOrder measure_order(const Projected& particles, const std::vector<std::int32_t>& sampled,
                             const Cells& cells);
 
 /// The same at up to kOrderSample of all particles, spread over their order.

@@ -140,11 +140,11 @@ SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlac
   return scored;
 }
 
-void tell_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
-                    const FitSurface& surface) {
+void set_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
+                   const FitSurface& surface) {
   const int width = device.state().wide_width();
   const std::size_t n = trials.to.size;
-  launch(device, kernels::tell_roundness, width, range_of_blocks(n, width), surface.normal,
+  launch(device, kernels::set_roundness, width, range_of_blocks(n, width), surface.normal,
          scored.cells, scored.normal, scored.share, scored.value, trials.particle,
          records::SheetMeans{static_cast<cl_int>(n), 1, kFar});
 }

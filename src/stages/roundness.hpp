@@ -74,17 +74,17 @@ SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlac
 /// Puts the roundness of each particle that is tried, 0 .. 1, behind its normal (FitRecords): 0
 /// where two sheets meet or the surface is flat, 1 where one quadric goes round a bend. With the
 /// mean score of the bent places within 36: smoothstep(2, 2.24, score) as far as it bends
-/// (kernel tell_roundness). Does not wait. Throws DeviceError.
-void tell_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
-                    const FitSurface& surface);
+/// (kernel set_roundness). Does not wait. Throws DeviceError.
+void set_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
+                   const FitSurface& surface);
 
 /// Both.
 inline void measure_roundness(Device& device, const FitSurface& surface, const TrialPlaces& trials,
                               const FitParams& params, const BlendParams& blend,
                               double disorder = 0) {
   if (trials.to.size == 0) return;
-  tell_roundness(device, score_bends(device, surface, trials, params, blend, disorder), trials,
-                 surface);
+  set_roundness(device, score_bends(device, surface, trials, params, blend, disorder), trials,
+                surface);
 }
 
 }  // namespace meniscus

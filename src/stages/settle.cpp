@@ -78,8 +78,8 @@ void draw_fronts(Device& device, const SampleGrid& grid, const SplatParticles& s
 }
 
 Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
-                     const OccupiedBlocks& asked) {
-  return splat_extent(device, splash, grid, kBlobReach, asked);
+                     const OccupiedBlocks& needed) {
+  return splat_extent(device, splash, grid, kBlobReach, needed);
 }
 
 void draw_splash(Device& device, const View& view, const SampleLists& lists,

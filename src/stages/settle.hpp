@@ -40,7 +40,7 @@ void settle_gaps(Device& device, const View& view, const SampleLists& lists,
 /// Where rays may meet the levelled field around splash particles: within spheres that hold it.
 /// Waits, but for atomic minima.
 Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
-                     const OccupiedBlocks& asked);
+                     const OccupiedBlocks& needed);
 
 /// The same into maps, with the fronts of those that are seen, see splat_fronts_and_extent().
 void draw_fronts(Device& device, const SampleGrid& grid, const SplatParticles& seen,

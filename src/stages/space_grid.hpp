@@ -1,5 +1,5 @@
-// space_grid: a grid of cubic cells that exists near the surface alone. F is asked at the corners
-// of cells.
+// space_grid: a grid of cubic cells that exists near the surface alone. F is evaluated at the
+// corners of cells.
 #pragma once
 
 #include <array>

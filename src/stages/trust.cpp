@@ -74,17 +74,17 @@ std::vector<double> trust_of(const ParticleFits& fits, double disorder) {
 }
 
 void distrust_gaps(Device& device, const DeviceCells& cells, const ParticleFits& fits,
-                   const std::vector<std::uint32_t>& asked, double disorder,
+                   const std::vector<std::uint32_t>& listed, double disorder,
                    std::vector<double>& trust) {
   constexpr double kBefore = 1.5;  // particle radii
-  if (asked.empty()) return;
+  if (listed.empty()) return;
   std::vector<Vec3d> before;
-  before.reserve(asked.size());
-  for (const std::uint32_t k : asked) before.push_back(fits.foot[k] + fits.normal[k] * kBefore);
+  before.reserve(listed.size());
+  for (const std::uint32_t k : listed) before.push_back(fits.foot[k] + fits.normal[k] * kBefore);
   const std::vector<float> density = measure_density(device, cells, before);
   const double low = 0.55 - 0.175 * disorder;
-  for (std::size_t a = 0; a < asked.size(); ++a)
-    trust[asked[a]] *= 1 - smooth_step(low, low + 0.2, density[a]);
+  for (std::size_t a = 0; a < listed.size(); ++a)
+    trust[listed[a]] *= 1 - smooth_step(low, low + 0.2, density[a]);
 }
 
 }  // namespace meniscus

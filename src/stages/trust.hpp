@@ -38,9 +38,9 @@ std::vector<double> trust_of(const ParticleFits& fits, double disorder = 0);
 /// that is missing, seem to lie on a surface. No camera sees them. With C the density 1.5 particle
 /// radii before the foot, which is 1/8 before a face, 3/8 before a concave edge, and 1 behind a
 /// gap: times 1 - smoothstep(.55, .75, C). Irregular particles have wider gaps: for a disorder of 1
-/// .375 and .575, for one of 2 .2 and .4. Only `asked` fits are looked at. Waits.
+/// .375 and .575, for one of 2 .2 and .4. Only the `listed` fits are looked at. Waits.
 void distrust_gaps(Device& device, const DeviceCells& cells, const ParticleFits& fits,
-                   const std::vector<std::uint32_t>& asked, double disorder,
+                   const std::vector<std::uint32_t>& listed, double disorder,
                    std::vector<double>& trust);
 
 }  // namespace meniscus

@@ -239,7 +239,7 @@ Fronts splat_fronts(Device& device, const SplatParticles& particles, const Sampl
 }
 
 void splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                  double footprint, const OccupiedBlocks& asked, const Extent& into) {
+                  double footprint, const OccupiedBlocks& needed, const Extent& into) {
   const bool by_minima = draws_by_minima(device);
   if (particles.count == 0) {
     if (!by_minima) fill(device, into.from, kNoSurface);
@@ -253,7 +253,7 @@ void splat_extent(Device& device, const SplatParticles& particles, const SampleG
   }
   draw_all(device, kernels::splat_extent,
            outline_discs(device, particles, grid, sphere, Drawn::every), grid,
-           std::tie(into, into.occupied, asked));
+           std::tie(into, into.occupied, needed));
 }
 
 void splat_fronts_and_extent(Device& device, const SampleGrid& grid, const SplatParticles& seen,
@@ -269,10 +269,10 @@ void splat_fronts_and_extent(Device& device, const SampleGrid& grid, const Splat
 }
 
 Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                    double footprint, const OccupiedBlocks& asked) {
+                    double footprint, const OccupiedBlocks& needed) {
   const Extent extent{map_to_draw(device, grid, kNoSurface), map_to_draw(device, grid, 0.0f),
                       no_blocks(device, grid)};
-  splat_extent(device, particles, grid, footprint, asked, extent);
+  splat_extent(device, particles, grid, footprint, needed, extent);
   return extent;
 }
 

@@ -78,11 +78,11 @@ struct Extent {
   OccupiedBlocks occupied;
 };
 
-/// `from` is written in the blocks that are `asked` for, too. Drawn into maps: occupied by none,
+/// `from` is written in the blocks that are `needed`, too. Drawn into maps: occupied by none,
 /// and where the device draws by minima `from` is kNoSurface and `to` 0. Waits, but for atomic
 /// minima.
 void splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                  double footprint, const OccupiedBlocks& asked, const Extent& into);
+                  double footprint, const OccupiedBlocks& needed, const Extent& into);
 
 /// The fronts of some and the extent of others, which is `radius` of their radii, drawn so that it
 /// is written where there are fronts.
@@ -92,7 +92,7 @@ void splat_fronts_and_extent(Device& device, const SampleGrid& grid, const Splat
 
 /// The same into new maps.
 Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                    double footprint, const OccupiedBlocks& asked);
+                    double footprint, const OccupiedBlocks& needed);
 
 /// The particles that are seen.
 struct Visible {

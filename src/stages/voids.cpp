@@ -17,7 +17,7 @@ namespace {
 
 // Lengths in spacings. Of evened particles 1 place in 200 inside the fluid is as far as kClear from
 // all of them.
-constexpr double kStep = 0.5;  // of the lattice of places that are asked
+constexpr double kStep = 0.5;  // of the lattice of places that are tried
 constexpr double kClear = 1;   // from a void to the nearest particle, at least
 constexpr double kApart = 1;   // of voids
 // Particles within kDensitySupport of a void, of as many as there are inside the fluid; in front of

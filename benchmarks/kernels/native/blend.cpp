@@ -477,9 +477,9 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       const Floats tx = foot[0] - mx, ty = foot[1] - my, tz = foot[2] - mz;
       const Ints convex = (dot_of(tx, ty, tz, out.nx, out.ny, out.nz) < 0.0f) &
                           (dot_of(tx, ty, tz, gx, gy, gz) > 0.0f);
-      const Floats says = convex & (along > steep) ? weight : none;
-      within += f > 0.0f ? none : says;
-      beyond += f > 0.0f ? says : none;
+      const Floats hidden = convex & (along > steep) ? weight : none;
+      within += f > 0.0f ? none : hidden;
+      beyond += f > 0.0f ? hidden : none;
       const Floats w = along > 0.0f ? weight : none;
       const Floats out_w = f < 0.0f ? none : w;
       wr += w;

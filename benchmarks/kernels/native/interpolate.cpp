@@ -79,19 +79,19 @@ template <class... Corners>
 }
 
 void fill_cells(const Interpolate& in, int a, int b) {
-  std::uint8_t says[3][8];
+  std::uint8_t shown[3][8];
   Ints smooth[3];
   bool all_empty = true;
   for (int k = 0; k < 8; ++k) {
     const int c = a + k < in.cells_x ? a + k : in.cells_x - 1;
     const std::uint8_t* const shows = in.shows + std::ptrdiff_t{b} * in.stride + c;
     const std::uint8_t own = *shows;
-    says[0][k] = std::max(own, b == 0 ? own : shows[-in.stride]);
-    says[1][k] = std::max(own, c == 0 ? own : shows[-1]);
-    says[2][k] = own;
+    shown[0][k] = std::max(own, b == 0 ? own : shows[-in.stride]);
+    shown[1][k] = std::max(own, c == 0 ? own : shows[-1]);
+    shown[2][k] = own;
     for (int m = 0; m < 3; ++m) {
-      smooth[m][k] = says[m][k] == kSmooth ? -1 : 0;
-      all_empty &= says[m][k] == kEmpty;
+      smooth[m][k] = shown[m][k] == kSmooth ? -1 : 0;
+      all_empty &= shown[m][k] == kEmpty;
     }
   }
   if (all_empty) return;
@@ -113,7 +113,7 @@ void fill_cells(const Interpolate& in, int a, int b) {
     const Between& f = found[m];
     for (int k = 0; k < 8; ++k) {
       const int i = in.every * (2 * (a + k) + right);
-      if (i >= in.nx || says[m][k] == kEmpty) continue;
+      if (i >= in.nx || shown[m][k] == kEmpty) continue;
       const std::ptrdiff_t at = std::ptrdiff_t{row} * in.nx + i;
       if (f.sure[k]) {
         const std::ptrdiff_t corner = std::ptrdiff_t{2} * in.every * (b * in.nx + a + k);
@@ -127,7 +127,7 @@ void fill_cells(const Interpolate& in, int a, int b) {
         const int block = row / 8 * ((in.nx + kTile - 1) / kTile * 2) + i / 8;
         const float reference = in.occupied[block] ? in.reference[at] : kNone;
         const float splash = in.splash_occupied[block] ? in.splash[at] : kNone;
-        if (says[m][k] == kOpen && reference < kNone)
+        if (shown[m][k] == kOpen && reference < kNone)
           in.open[at] = reference;
         else
           in.wanted[std::ptrdiff_t{b} * in.stride + a + k] |=

@@ -22,21 +22,21 @@ FramePattern pattern_of_output(const std::string& output) {
 }
 
 // Two outputs that would write one file, in the same frame or in two.
-void check_outputs(const std::vector<FrameJob>& jobs, const std::vector<std::string>& asked) {
+void check_outputs(const std::vector<FrameJob>& jobs, const std::vector<std::string>& outputs) {
   std::map<std::string, std::size_t> writer;
   for (const FrameJob& job : jobs)
     for (std::size_t k = 0; k < job.outputs.size(); ++k) {
       const auto [place, is_new] = writer.try_emplace(job.outputs[k], k);
       if (!is_new)
-        throw InvalidArgument("outputs " + asked[place->second] + " and " + asked[k] +
+        throw InvalidArgument("outputs " + outputs[place->second] + " and " + outputs[k] +
                               " both name " + job.outputs[k] + ", give each output its own name");
     }
 }
 
 // Gives each job its files of one type of whitewater.
-void add_whitewater(const WhitewaterInput& asked, bool skip_missing, std::vector<FrameJob>& jobs,
+void add_whitewater(const WhitewaterInput& input, bool skip_missing, std::vector<FrameJob>& jobs,
                     std::vector<std::string>& warnings) {
-  const std::string path = sequence_in_folder(asked.path);
+  const std::string path = sequence_in_folder(input.path);
   const auto pattern = FramePattern::in(path);
   if (!pattern)
     throw InvalidArgument("whitewater " + path +
@@ -46,7 +46,7 @@ void add_whitewater(const WhitewaterInput& asked, bool skip_missing, std::vector
   if (existing.empty()) throw InputError(pattern->absence());
   std::vector<std::int64_t> missing;
   for (FrameJob& job : jobs) {
-    WhitewaterInput own = asked;
+    WhitewaterInput own = input;
     const auto found = existing.find(job.frame);
     own.path = found == existing.end() ? std::string() : found->second.path;
     if (own.path.empty()) missing.push_back(job.frame);
@@ -156,8 +156,8 @@ Plan plan_sequence(const SequenceRequest& request, const CameraTrack* cameras) {
     jobs.push_back(std::move(job));
   }
   check_outputs(jobs, request.outputs);
-  for (const WhitewaterInput& asked : request.whitewater)
-    add_whitewater(asked, request.skip_missing, jobs, plan.warnings);
+  for (const WhitewaterInput& input : request.whitewater)
+    add_whitewater(input, request.skip_missing, jobs, plan.warnings);
   plan.all_shards = jobs.size();
   plan.jobs = items_of(request.shard, jobs);
   return plan;

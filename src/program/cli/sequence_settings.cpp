@@ -161,21 +161,21 @@ void fit_into_memory(BatchSettings& settings, const Plan& plan, const CameraTrac
     } catch (const InputError&) {  // is said when it is the frame's turn
     }
   const int devices = static_cast<int>(settings.devices.size());
-  const Crew asked{devices * settings.in_flight, settings.writers};
-  const Crew crew = crew_within(asked, pixels, room);
+  const Crew wanted{devices * settings.in_flight, settings.writers};
+  const Crew crew = crew_within(wanted, pixels, room);
   const auto megabytes = [](std::size_t bytes) { return grouped(bytes >> 20) + " MB"; };
   const std::string left = "the limit on memory leaves " + megabytes(room);
   if (crew.extracting < devices)
     throw Error(left + " and frames of " + grouped(pixels) + " pixels take about " +
                 megabytes(room_for({devices, 1}, pixels)) +
                 " (raise ulimit -v, or use fewer devices or a smaller image)");
-  if (crew == asked) return;
+  if (crew == wanted) return;
   settings.in_flight = crew.extracting / devices;
   settings.writers = crew.writing;
   warn(left + ": " + counted(static_cast<std::size_t>(crew.extracting), "frame") +
-       " in flight instead of " + std::to_string(asked.extracting) + ", and " +
+       " in flight instead of " + std::to_string(wanted.extracting) + ", and " +
        std::to_string(crew.writing) + " written at once instead of " +
-       std::to_string(asked.writing));
+       std::to_string(wanted.writing));
 }
 
 }  // namespace meniscus::cli

@@ -1,5 +1,5 @@
 // measure_evidence: what the trial fits say of each particle, given the fits themselves.
-// score_bends, given the evidence; tell_roundness, given the scores.
+// score_bends, given the evidence; set_roundness, given the scores.
 #include "verify/references/roundness.hpp"
 
 #include <algorithm>
@@ -21,7 +21,7 @@ bool tells(const reference::SheetMean& mean) { return mean.weight == 0 || mean.w
 
 struct BendErrors {
   Worst share{"score_bends", "share"}, score{"score_bends", "score"}, bends{"score_bends", "bend"},
-      ridge{"score_bends", "toward"}, round{"tell_roundness", "roundness"};
+      ridge{"score_bends", "toward"}, round{"set_roundness", "roundness"};
 };
 
 // Of a hilly surface whose particles are rough by `noise`, so that scores are about where they

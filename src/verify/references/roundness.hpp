@@ -73,7 +73,7 @@ inline ScoredBends scored_bends(Device& device, const FittedSurface& scene, doub
   ScoredBends result{none, none, none, none, std::vector<Vec3d>(n)};
   if (n == 0) return result;
   const SheetFits scored = score_bends(device, surface, trials, {}, {}, disorder);
-  tell_roundness(device, scored, trials, surface);
+  set_roundness(device, scored, trials, surface);
   const HostView to(device, trials.to);
   const HostView share(device, scored.share), value(device, scored.value),
       ridge(device, scored.normal), records(device, surface.normal);
