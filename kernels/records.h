@@ -11,6 +11,7 @@
 enum {
   TILE = 16,  // samples are taken in tiles of TILE x TILE (samples.cl),
   BIN = 8,    // and drawn in bins of BIN x BIN (bins.cl)
+  FIT = 16,   // floats of a fit's record (hits.cl)
   // Set in the group of a sample that was interpolated: its group is the one of a corner, until
   // choose_groups.cl has looked at those around. All bits are set in -1, no group.
   OF_CORNER = 1 << 30
@@ -191,7 +192,7 @@ RECORD(FitPass) {
   int nobody;      // the particle of lanes that are not in use
   int fits;        // of all lanes
   int done, left;  // passes before and after this one
-  int groups;      // 1: of groups, not firm between passes; e and firmness count as far as each tells
+  int groups;      // 1: of groups, not firm between passes; e and firmness times the influence of each
   int tries;       // 1: of trial fits (roundness.cl): one quadric in the first trial, two sheets in the second
   int narrows;     // 1: supports are narrowed first, see narrowed_support in particle_fit.cl
   float full;      // the support of a fit between two sheets, particle radii

@@ -10,7 +10,6 @@
 namespace meniscus {
 namespace {
 
-constexpr std::size_t kRecord = 16;   // floats, as in hits.cl
 constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
 constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
 constexpr double kExtent = 1.8;       // of a group's squared radius goes into its weight's
@@ -95,7 +94,7 @@ struct Slab {
 };
 
 Slab slab_of(const BlendRecords& records, std::size_t k, const Slopes& slopes, double value) {
-  const float *c = &records.record[k * kRecord], *foot = &records.foot[4 * k];
+  const float *c = &records.record[k * kFitRecord], *foot = &records.foot[4 * k];
   const double reach = 1.01 * foot[3], slope = std::max(slopes.at_foot, 1e-6);
   const double off = value + std::abs(c[0]) + slopes.bend * reach * reach / 2 + 0.02;
   return {
@@ -118,7 +117,7 @@ Vec3d half_sides(const Slab& slab) {
 // the pixels.
 bool may_be_steep(const View& view, const BlendRecords& records, std::size_t k,
                   const Slopes& slopes, const Box& box, const SampleGrid& grid) {
-  const float* c = &records.record[k * kRecord];
+  const float* c = &records.record[k * kFitRecord];
   const double bend = slopes.bend * records.foot[4 * k + 3],
                room = bend + records::kSteep * (slopes.at_foot + bend) + 1e-3;
   for (const int i : {box.i0 - 1, box.i1 + 1})
@@ -166,7 +165,7 @@ double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, d
 
 BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
                           const FitParams& fit, double radius) {
-  BlendRecords records{std::vector<float>(fits.size() * kRecord),
+  BlendRecords records{std::vector<float>(fits.size() * kFitRecord),
                        std::vector<float>(fits.size() * 4)};
   const auto make = [&](std::size_t k) {
     if (fits.residual[k] < 0 || !(trust[k] > kLeastTrust)) return;
@@ -191,7 +190,7 @@ BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& t
                              weight * fits.surface[k],
                              fits.firmness[k] / fits.edge[k],
                              kRound * fits.roundness[k]};
-    std::ranges::transform(record, &records.record[k * kRecord],
+    std::ranges::transform(record, &records.record[k * kFitRecord],
                            [](double v) { return static_cast<float>(v); });
     const double place[] = {foot.x, foot.y, foot.z, reach};
     std::ranges::transform(place, &records.foot[4 * k],
@@ -250,7 +249,7 @@ FitTiles list_fits(Device& device, const View& view, const BlendRecords& records
   };
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      const float *c = &records.record[k * kRecord], reach = records.foot[4 * k + 3];
+      const float *c = &records.record[k * kFitRecord], reach = records.foot[4 * k + 3];
       if (!(reach > 0)) continue;
       const Slopes slopes = slopes_of(c);
       if (c[11] > 0) list_slab(met, k, slab_of(records, k, slopes, 0));

@@ -10,9 +10,12 @@
 
 namespace meniscus {
 
+/// Floats of a fit's record.
+inline constexpr std::size_t kFitRecord = records::FIT;
+
 /// Fits as kernel blend_groups takes them, see hits.cl.
 struct BlendRecords {
-  std::vector<float> record;  // [fits][16]
+  std::vector<float> record;  // [fits][kFitRecord]
   std::vector<float> foot;  // [fits][4] eye space; reach of the weight, particle radii; 0: does not
                             // count
   std::size_t size() const { return foot.size() / 4; }

@@ -10,15 +10,13 @@
 namespace meniscus {
 namespace {
 
-constexpr std::size_t kRecord = 16;  // floats, as in hits.cl
-
 // Points a launch takes: bounds the device memory for any number of points.
 constexpr std::size_t kChunk = std::size_t{1} << 20;
 
 }  // namespace
 
 bool counts(const BlendRecords& records, std::size_t k) {
-  return records.foot[4 * k + 3] > 0 && records.record[kRecord * k + 11] > 0;
+  return records.foot[4 * k + 3] > 0 && records.record[kFitRecord * k + 11] > 0;
 }
 
 ImplicitFunction make_implicit(Device& device, const BlendRecords& records,
@@ -36,10 +34,10 @@ ImplicitFunction make_implicit(Device& device, const BlendRecords& records,
   ImplicitFunction function;
   function.reach = static_cast<float>(reach);
   const Cells cells = make_cells(foot, function.reach);
-  std::vector<float> ordered(kRecord * counting.size());
+  std::vector<float> ordered(kFitRecord * counting.size());
   for (std::size_t p = 0; p < counting.size(); ++p)
-    std::copy_n(&records.record[kRecord * counting[static_cast<std::size_t>(cells.item[p])]],
-                kRecord, &ordered[kRecord * p]);
+    std::copy_n(&records.record[kFitRecord * counting[static_cast<std::size_t>(cells.item[p])]],
+                kFitRecord, &ordered[kFitRecord * p]);
   function.records = upload(device, ordered);
   function.feet = upload_cells(device, cells);
   function.levelled = levelled;

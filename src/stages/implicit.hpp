@@ -12,9 +12,9 @@
 
 namespace meniscus {
 
-/// All that F is told from; nothing changes it.
+/// All that F is computed from; nothing changes it.
 struct ImplicitFunction {
-  Buffer<float> records;         // [fits][16] in the order of the feet's cells, see hits.cl
+  Buffer<float> records;         // [fits][kFitRecord] in the order of the feet's cells, see hits.cl
   DeviceCells feet;              // of the fits, side `reach`; weights are not used
   float reach = 0;               // of the fits' weights, at most, particle radii
   DeviceCells levelled;          // all particles, see level_cells()

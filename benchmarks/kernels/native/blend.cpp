@@ -6,7 +6,8 @@
 namespace meniscus::bench::native {
 namespace {
 
-constexpr int kRecord = 16, kCached = 48;
+constexpr int kRecord = 16;  // FIT of records.h
+constexpr int kCached = 48;
 constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
 constexpr float kPull = 0.75f, kRoundPull = -0.2f, kRoundest = 0.9f;  // of hits.cl
 constexpr float kGraze = 0.3f, kOver = 0.06f, kSurelyOver = 0.8f, kWithin = -0.05f, kSteep = 0.5f,
