@@ -23,7 +23,8 @@ DeviceCells levelled(Device& device, const DeviceCells& cells, const RegionParam
 }
 
 TEST_P(Density, MatchesTheReferenceWithItsGradients) {
-  for (const std::size_t n : {1, 65, 700}) expect_within(verify::density_errors(device_, n, 333));
+  for (const std::size_t n : {1, 65, 700, 1050})
+    expect_within(verify::density_errors(device_, n, 333));
 }
 
 // The polynomial against the spline that it stands for, with what docs/method.md says of it.
