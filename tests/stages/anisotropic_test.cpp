@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "verify/reference/anisotropic.hpp"
+#include "stages/anisotropic_reference.hpp"
 #include "stages/stage_test_support.hpp"
 
 namespace meniscus {

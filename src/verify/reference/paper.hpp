@@ -67,33 +67,6 @@ inline HeightResiduals height_residuals(const std::vector<Vec3d>& points, const 
   return left;
 }
 
-struct FilteredContour {
-  bool inside;
-  double doubt;  // distance of the filter's value from 1/2
-};
-
-/// Eqs. 3 to 5 on the region at sample (i, j); the window ends at three sigma_s (samples).
-inline FilteredContour filter_contour(const std::vector<int>& group, int nx, int ny, int i, int j,
-                               const std::vector<Vec3d>& normal, double sigma_s, double sigma_n) {
-  const int reach = static_cast<int>(std::ceil(3 * sigma_s));
-  const int here = group[static_cast<std::size_t>(j) * nx + i];
-  double sum = 0, weight = 0;
-  for (int n = -reach; n <= reach; ++n)
-    for (int m = -reach; m <= reach; ++m) {
-      const int x = i + m, y = j + n;
-      if (x < 0 || y < 0 || x >= nx || y >= ny) continue;
-      const int there = group[static_cast<std::size_t>(y) * nx + x];
-      double w = std::exp(-(m * m + n * n) / (2 * sigma_s * sigma_s));
-      if (here >= 0 && there >= 0) {
-        const Vec3d d = normal[here] - normal[there];
-        w *= std::exp(-dot(d, d) / (2 * sigma_n * sigma_n));
-      }
-      weight += w;
-      if (there >= 0) sum += w;
-    }
-  return {sum > weight / 2, std::abs(sum / weight - 0.5)};
-}
-
 /// The paper's blend at a pixel.
 struct PrintedBlend {
   double depth = 0;

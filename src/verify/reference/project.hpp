@@ -75,27 +75,4 @@ inline ProjectedParticle project(const Camera& camera, double radius,
   return result;
 }
 
-/// What the reference says of a particle, when single precision cannot see it otherwise.
-enum class Fate { kept, dropped, undecided };
-
-inline Fate fate_of(const ProjectedParticle& p, const Camera& camera, double near_depth,
-                    double margin) {
-  // Behind the eye the perspective division has no meaning; the depth alone decides.
-  if (-p.eye[2] < near_depth / 2) return Fate::dropped;
-  const double mu = margin * p.ku, mv = margin * p.kv;
-  const double u_error = p.u_error + mu * (p.k_error + 2 * kEpsilon);
-  const double v_error = p.v_error + mv * (p.k_error + 2 * kEpsilon);
-  // Each is positive where the particle is inside.
-  const double inside[5] = {-p.eye[2] - near_depth, p.u + mu, camera.width - (p.u - mu), p.v + mv,
-                            camera.height - (p.v - mv)};
-  const double error[5] = {p.eye_error[2] + kEpsilon * near_depth, u_error, u_error, v_error,
-                           v_error};
-  bool doubt = false;
-  for (int k = 0; k < 5; ++k) {
-    if (inside[k] < -error[k]) return Fate::dropped;
-    doubt = doubt || inside[k] <= error[k];
-  }
-  return doubt ? Fate::undecided : Fate::kept;
-}
-
 }  // namespace meniscus::reference

@@ -4,11 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <vector>
 
-#include "verify/reference/density.hpp"
 #include "stages/vec.hpp"
+#include "verify/reference/density.hpp"
 
 namespace meniscus::reference {
 
