@@ -213,6 +213,38 @@ void for_each_block(const DataArray& array, std::uint64_t count, const Work& wor
   }
 }
 
+// Leaves the particles whose id is `first_fluid` or more in the arrays, where ids are among these.
+// Returns how many there are.
+std::uint64_t keep_fluid(const Bytes& file, double first_fluid, std::uint64_t count,
+                         std::vector<DataArray>& arrays) {
+  const auto ids = std::find_if(arrays.begin(), arrays.end(),
+                                [](const DataArray& array) { return array.name == "Idp"; });
+  if (ids == arrays.end() || count == 0) return count;
+  std::vector<char> is_fluid(static_cast<std::size_t>(count));
+  std::uint64_t found = 0, first = count, last = 0;
+  for_each_block(*ids, count, [&](const char* row, std::uint64_t i) {
+    if (load_real<double>(row, ids->type, ids->order) < first_fluid) return;
+    is_fluid[static_cast<std::size_t>(i)] = 1;
+    ++found;
+    first = std::min(first, i);
+    last = i;
+  });
+  if (found == 0 || found == last - first + 1) {  // as DualSPHysics writes them
+    for (DataArray& array : arrays) array.offset += (found == 0 ? 0 : first) * array.stride;
+    return found;
+  }
+  for (DataArray& array : arrays) {
+    std::string kept;
+    kept.reserve(static_cast<std::size_t>(found * array.stride));
+    for_each_block(array, count, [&](const char* row, std::uint64_t i) {
+      if (is_fluid[static_cast<std::size_t>(i)]) kept.append(row, array.stride);
+    });
+    array.bytes = owned_bytes(file.name(), std::move(kept));
+    array.offset = 0;
+  }
+  return found;
+}
+
 }  // namespace
 
 Layout bi4_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& options) {
@@ -241,34 +273,8 @@ Layout bi4_layout(const std::shared_ptr<const Bytes>& file, const ReadOptions& o
   // Walls and bodies have the lower ids, and are no fluid.
   const auto fixed = value("CaseNfixed"), moving = value("CaseNmoving"),
              floating = value("CaseNfloat");
-  const auto ids = std::find_if(arrays.begin(), arrays.end(),
-                                [](const DataArray& array) { return array.name == "Idp"; });
-  if (fixed && moving && floating && ids != arrays.end() && count > 0) {
-    const double first_fluid = *fixed + *moving + *floating;
-    std::vector<char> is_fluid(static_cast<std::size_t>(count));
-    std::uint64_t found = 0, first = count, last = 0;
-    for_each_block(*ids, count, [&](const char* row, std::uint64_t i) {
-      if (load_real<double>(row, ids->type, ids->order) < first_fluid) return;
-      is_fluid[static_cast<std::size_t>(i)] = 1;
-      ++found;
-      first = std::min(first, i);
-      last = i;
-    });
-    if (found == 0 || found == last - first + 1) {  // as DualSPHysics writes them
-      for (DataArray& array : arrays) array.offset += (found == 0 ? 0 : first) * array.stride;
-    } else {
-      for (DataArray& array : arrays) {
-        std::string kept;
-        kept.reserve(static_cast<std::size_t>(found * array.stride));
-        for_each_block(array, count, [&](const char* row, std::uint64_t i) {
-          if (is_fluid[static_cast<std::size_t>(i)]) kept.append(row, array.stride);
-        });
-        array.bytes = owned_bytes(file->name(), std::move(kept));
-        array.offset = 0;
-      }
-    }
-    count = found;
-  }
+  if (fixed && moving && floating)
+    count = keep_fluid(*file, *fixed + *moving + *floating, count, arrays);
   Layout layout = layout_of(*file, arrays, at, static_cast<std::int64_t>(count), options);
   if (const auto spacing = value("Dp"); spacing && !(options.particle_radius > 0))
     layout.particle_radius = *spacing / 2;

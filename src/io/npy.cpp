@@ -159,57 +159,79 @@ NpyType type_named(const Bytes& file, const std::string& place, const std::strin
   return type;
 }
 
-// The arrays of a .npy: one, or the fields of a structure. `item`: what it is called; empty in a
-// file of its own. What cannot be read and has no use is left out.
-void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes,
-                const std::string& item, std::vector<BagArray>& arrays) {
-  const std::string place = item.empty() ? "" : shown(item) + ": ";
-  const std::string head = text_at(*bytes, 0, 8);
+// The header of a .npy, and where its values begin.
+std::pair<Header, std::uint64_t> read_npy_header(const Bytes& file, const std::string& place,
+                                                 const Bytes& bytes) {
+  const std::string head = text_at(bytes, 0, 8);
   if (!head.starts_with("\x93NUMPY"))
     fail(file, place + byte_place(0),
          "found " + in_quotes(head.substr(0, 6)) + ", wanted NumPy's array");
   const bool wide = static_cast<unsigned char>(head[6]) >= 2;
-  const std::string length = text_at(*bytes, 8, wide ? 4 : 2);
+  const std::string length = text_at(bytes, 8, wide ? 4 : 2);
   const std::size_t size = wide ? load<std::uint32_t>(length.data(), std::endian::little)
                                 : load<std::uint16_t>(length.data(), std::endian::little);
   if (size > kMostHeader) fail(file, place + "header", "is too long");
-  Header header(file, place, text_at(*bytes, 8 + length.size(), size));
+  Header header(file, place, text_at(bytes, 8 + length.size(), size));
   header.read();
-  const std::uint64_t data = 8 + length.size() + size;
-  const auto product = [&](std::uint64_t a, std::uint64_t b) {
-    std::uint64_t result = 0;
-    if (__builtin_mul_overflow(a, b, &result))
-      fail(file, place + "header", "its shape is too large");
-    return result;
-  };
-  if (header.shape.empty()) return;  // a single number
-  const std::uint64_t rows = header.shape[0];
-  std::uint64_t across = 1;
-  for (std::size_t k = 1; k < header.shape.size(); ++k) across = product(across, header.shape[k]);
+  return {std::move(header), 8 + length.size() + size};
+}
+
+std::uint64_t npy_product(const Bytes& file, const std::string& place, std::uint64_t a,
+                          std::uint64_t b) {
+  std::uint64_t product = 0;
+  if (__builtin_mul_overflow(a, b, &product))
+    fail(file, place + "header", "its shape is too large");
+  return product;
+}
+
+// The fields of a structure, one behind the other in a row of values; or a field without a name.
+struct NpyRow {
   struct Placed {
     Header::Field field;
     NpyType type;
     std::uint64_t offset = 0, components = 1;
   };
-  const bool single = header.fields.size() == 1 && header.fields[0].name.empty();
-  const std::string name = item.empty() ? "positions" : item;
-  if (single) refuse_shape(file, place + "header", name, header.shape);
-  std::vector<Placed> placed;
-  std::uint64_t row = 0;
+  std::vector<Placed> fields;
+  std::uint64_t bytes = 0;
+};
+
+// None of Python objects that have no use. `name`: of the values.
+std::optional<NpyRow> npy_row(const Bytes& file, const std::string& place, const std::string& name,
+                              const Header& header) {
+  NpyRow row;
   for (const Header::Field& field : header.fields) {
     if (field.type.find('O') != std::string::npos) {  // Python objects are pickled, all in one
-      if (!has_use(name)) return;
+      if (!has_use(name)) return std::nullopt;
       fail(file, place + "header",
            "holds Python objects (pickled), wanted numbers (save the arrays themselves)");
     }
-    Placed one{field, type_named(file, place, field.type), row, 1};
-    for (const std::uint64_t length_of : field.shape)
-      one.components = product(one.components, length_of);
-    row += product(one.components, one.type.size);
-    if (row > kMostHeader) fail(file, place + "header", "its rows are too long");
-    placed.push_back(one);
+    NpyRow::Placed one{field, type_named(file, place, field.type), row.bytes, 1};
+    for (const std::uint64_t length : field.shape)
+      one.components = npy_product(file, place, one.components, length);
+    row.bytes += npy_product(file, place, one.components, one.type.size);
+    if (row.bytes > kMostHeader) fail(file, place + "header", "its rows are too long");
+    row.fields.push_back(one);
   }
-  for (const Placed& one : placed) {
+  return row;
+}
+
+// The arrays of a .npy: one, or the fields of a structure. `item`: what it is called; empty in a
+// file of its own. What cannot be read and has no use is left out.
+void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes,
+                const std::string& item, std::vector<BagArray>& arrays) {
+  const std::string place = item.empty() ? "" : shown(item) + ": ";
+  const auto [header, data] = read_npy_header(file, place, *bytes);
+  if (header.shape.empty()) return;  // a single number
+  const std::uint64_t rows = header.shape[0];
+  std::uint64_t across = 1;
+  for (std::size_t k = 1; k < header.shape.size(); ++k)
+    across = npy_product(file, place, across, header.shape[k]);
+  const bool single = header.fields.size() == 1 && header.fields[0].name.empty();
+  const std::string name = item.empty() ? "positions" : item;
+  if (single) refuse_shape(file, place + "header", name, header.shape);
+  const std::optional<NpyRow> row = npy_row(file, place, name, header);
+  if (!row) return;
+  for (const NpyRow::Placed& one : row->fields) {
     if (!one.type.scalar && has_use(single ? name : one.field.name))
       fail(file, place + "header",
            "has type " + in_quotes(one.field.type) + " for " +
@@ -222,7 +244,7 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes,
                     one.type.order,
                     bytes,
                     data + one.offset,
-                    row,
+                    row->bytes,
                     one.type.size};
     if (single) {
       if (across > kMostHeader) {
@@ -230,8 +252,11 @@ void add_arrays(const Bytes& file, const std::shared_ptr<const Bytes>& bytes,
         fail(file, place + "header", "its rows are too long");
       }
       array.components = static_cast<std::size_t>(across);
-      array.stride = header.fortran && header.shape.size() > 1 ? row : product(across, row);
-      array.component_stride = header.fortran ? product(rows, row) : row;
+      array.stride = header.fortran && header.shape.size() > 1
+                         ? row->bytes
+                         : npy_product(file, place, across, row->bytes);
+      array.component_stride =
+          header.fortran ? npy_product(file, place, rows, row->bytes) : row->bytes;
     } else if (across != 1) {
       continue;
     }
