@@ -56,6 +56,11 @@ Finding same(const std::vector<T>& expected, const std::vector<T>& found,
   return failed(reason, std::is_same_v<T, float> ? difference.ulp : -1);
 }
 
+// Runs a probe and reports its row.
+using Probe =
+    std::function<void(const char* name, const std::string& variant, const std::string& size,
+                       bool required, const char* section, const std::function<Finding()>& run)>;
+
 // --- Values in registers and in memory -----------------------------------------------------------
 
 Finding sum_in_order(Device& device, int width) {
@@ -183,6 +188,26 @@ Finding read_records(Device& device) {
   return same(expected, download(device, words), "word");
 }
 
+void probe_values(Device& device, const Probe& probe) {
+  for (const int width : {1, 8}) {
+    const std::string variant = "width " + std::to_string(width);
+    probe("sum_in_order", variant, "512 sums of 37", true,
+          "OpenCL API 1.2, 5.6.4.3 (nothing is reassociated unasked)",
+          [&] { return sum_in_order(device, width); });
+    probe("private_memory", variant, "128 items", true, "OpenCL C 1.2, 6.5.4 and 6.8",
+          [&] { return keep_pairs(device, width); });
+  }
+  for (const int offset : {0, 1, 2, 3, 7})
+    probe("vector_loads", "offset " + std::to_string(offset), "64 items", true,
+          "OpenCL C 1.2, 6.12.7", [&] { return copy_vectors(device, offset); });
+  probe("lanes", "", "256 items", true, "OpenCL C 1.2, 6.1.7, 6.3 and 6.12.6",
+        [&] { return take_lanes(device); });
+  probe("arguments", "", "27 components", true, "OpenCL API 1.2, 5.7.2; C 6.1.5",
+        [&] { return read_arguments(device); });
+  probe("records", "", "7 arguments", true, "OpenCL C 1.2, 6.9 and 6.3",
+        [&] { return read_records(device); });
+}
+
 // --- Atomics -------------------------------------------------------------------------------------
 
 Finding take_tickets(Device& device, std::size_t items, cl_uint counters) {
@@ -242,6 +267,20 @@ Finding lower_longs(Device& device) {
   return at == kWords ? Finding{} : failed("word " + std::to_string(at) + " is not the minimum");
 }
 
+void probe_atomics(Device& device, const Probe& probe) {
+  for (const cl_uint counters : {1u, 64u}) {
+    const std::string variant = counters == 1 ? "one word" : "64 words";
+    probe("tickets", variant, "2048 items", true, "OpenCL C 1.2, 6.12.11",
+          [&] { return take_tickets(device, 2048, counters); });
+    probe("atomic_bounds", variant, "2048 items", true, "OpenCL C 1.2, 6.12.11",
+          [&] { return bound_values(device, 2048, counters); });
+  }
+  probe("long_atomics", "64 words", "2048 items", false, "OpenCL extensions 1.2, 9.3",
+        [&] { return lower_longs(device); });
+}
+
+// --- Work-groups and ranges ----------------------------------------------------------------------
+
 // CL_KERNEL_WORK_GROUP_SIZE: launches cut their groups down to that.
 std::size_t most_items(Device& device, const char* kernel, const std::string& options) {
   return device.state().kernel(kFile, kernel, options).most_items;
@@ -250,8 +289,6 @@ std::size_t most_items(Device& device, const char* kernel, const std::string& op
 Finding too_small(std::size_t most) {
   return skipped("the kernel may have groups of " + std::to_string(most) + " at most");
 }
-
-// --- Work-groups and ranges ----------------------------------------------------------------------
 
 Finding sum_up_to(Device& device, std::size_t group, std::size_t n) {
   std::vector<cl_int> value(n), expected(n);
@@ -299,6 +336,33 @@ Finding name_items(Device& device, const Range& range) {
   const auto names = filled<cl_int>(device, expected.size(), -1);
   launch(device, kFile, "name_items", range, kIds, names);
   return same(expected, download(device, names), "name");
+}
+
+void probe_groups(Device& device, const Probe& probe) {
+  // No kernel of ours needs barriers or local memory; a device without them is a poor one.
+  for (const std::size_t group : {16, 64})
+    for (const std::size_t n : {64, 1, 203})
+      probe("barriers", "groups of " + std::to_string(group), std::to_string(n) + " items", false,
+            "OpenCL C 1.2, 6.12.8 and 6.5.2", [&] { return sum_up_to(device, group, n); });
+  probe("local_memory", "", "32 KiB", false, "OpenCL API 1.2, table 4.3; C 6.5.2", [&] {
+    const std::uint64_t there = device.info().local_memory;
+    return there < 32768
+               ? skipped("the device has " + std::to_string(there) + " bytes of local memory")
+               : turn_local(device, 32768);
+  });
+  for (const Range& range : {Range{1, 1, 64, 1}, Range{203, 1, 64, 1}, Range{37, 21, 16, 16},
+                             Range{5, 70, 2, 16}, Range{1, 1, 1, 1}}) {
+    const bool plane = range.ny > 1;
+    probe("ids",
+          "groups of " + std::to_string(range.group_x) +
+              (plane ? " x " + std::to_string(range.group_y) : ""),
+          std::to_string(range.nx) + (plane ? " x " + std::to_string(range.ny) : "") + " items",
+          true, "OpenCL C 1.2, 6.12.1; API 5.8", [&] {
+            const std::size_t most = work_group_claimed(device);
+            return range.group_x * range.group_y > most ? too_small(most)
+                                                        : name_items(device, range);
+          });
+  }
 }
 
 // --- Buffers and commands ------------------------------------------------------------------------
@@ -355,6 +419,17 @@ Finding read_macros(Device& device) {
   return {};
 }
 
+void probe_commands(Device& device, const Probe& probe) {
+  // The last one is filled by a kernel of ours on CPUs (fill.cl).
+  for (const std::size_t count : {1, 15, 17, 1023, 65549})
+    probe("buffers", "", std::to_string(count) + " words", true, "OpenCL API 1.2, 5.2.2 to 5.2.4",
+          [&] { return move_buffer(device, count); });
+  probe("order", "100 launches", "203 items", true, "OpenCL API 1.2, 3.2.1, 3.3.1 and 5.11",
+        [&] { return mix_neighbours(device, 203, 100); });
+  probe("macros", "", "", true, "OpenCL API 1.2, 5.6.4.1; C 6.10",
+        [&] { return read_macros(device); });
+}
+
 }  // namespace
 
 bool local_memory_works(Device& device, std::size_t bytes) {
@@ -367,76 +442,21 @@ bool work_group_works(Device& device, std::size_t items) {
 
 std::size_t work_group_claimed(Device& device) { return most_items(device, "name_items", kIds); }
 
-void probe_execution(Device& device, const Tell& tell) {
-  const auto ask = [&](const char* name, const std::string& variant, const std::string& size,
-                       bool required, const char* section, const std::function<Finding()>& probe) {
-    tell_probe({.group = "probe",
-                .kernel = name,
-                .variant = variant,
-                .size = size,
-                .required = required,
-                .section = section},
-               probe, tell);
+void probe_execution(Device& device, const Report& report) {
+  const Probe probe = [&](const char* name, const std::string& variant, const std::string& size,
+                          bool required, const char* section, const std::function<Finding()>& run) {
+    report_probe({.group = "probe",
+                  .kernel = name,
+                  .variant = variant,
+                  .size = size,
+                  .required = required,
+                  .section = section},
+                 run, report);
   };
-  for (const int width : {1, 8}) {
-    const std::string variant = "width " + std::to_string(width);
-    ask("sum_in_order", variant, "512 sums of 37", true,
-        "OpenCL API 1.2, 5.6.4.3 (nothing is reassociated unasked)",
-        [&] { return sum_in_order(device, width); });
-    ask("private_memory", variant, "128 items", true, "OpenCL C 1.2, 6.5.4 and 6.8",
-        [&] { return keep_pairs(device, width); });
-  }
-  for (const int offset : {0, 1, 2, 3, 7})
-    ask("vector_loads", "offset " + std::to_string(offset), "64 items", true,
-        "OpenCL C 1.2, 6.12.7", [&] { return copy_vectors(device, offset); });
-  ask("lanes", "", "256 items", true, "OpenCL C 1.2, 6.1.7, 6.3 and 6.12.6",
-      [&] { return take_lanes(device); });
-  ask("arguments", "", "27 components", true, "OpenCL API 1.2, 5.7.2; C 6.1.5",
-      [&] { return read_arguments(device); });
-  ask("records", "", "7 arguments", true, "OpenCL C 1.2, 6.9 and 6.3",
-      [&] { return read_records(device); });
-
-  for (const cl_uint counters : {1u, 64u}) {
-    const std::string variant = counters == 1 ? "one word" : "64 words";
-    ask("tickets", variant, "2048 items", true, "OpenCL C 1.2, 6.12.11",
-        [&] { return take_tickets(device, 2048, counters); });
-    ask("atomic_bounds", variant, "2048 items", true, "OpenCL C 1.2, 6.12.11",
-        [&] { return bound_values(device, 2048, counters); });
-  }
-  ask("long_atomics", "64 words", "2048 items", false, "OpenCL extensions 1.2, 9.3",
-      [&] { return lower_longs(device); });
-
-  // No kernel of ours needs barriers or local memory; a device without them is a poor one.
-  for (const std::size_t group : {16, 64})
-    for (const std::size_t n : {64, 1, 203})
-      ask("barriers", "groups of " + std::to_string(group), std::to_string(n) + " items", false,
-          "OpenCL C 1.2, 6.12.8 and 6.5.2", [&] { return sum_up_to(device, group, n); });
-  ask("local_memory", "", "32 KiB", false, "OpenCL API 1.2, table 4.3; C 6.5.2", [&] {
-    const std::uint64_t there = device.info().local_memory;
-    return there < 32768
-               ? skipped("the device has " + std::to_string(there) + " bytes of local memory")
-               : turn_local(device, 32768);
-  });
-  for (const Range& range : {Range{1, 1, 64, 1}, Range{203, 1, 64, 1}, Range{37, 21, 16, 16},
-                             Range{5, 70, 2, 16}, Range{1, 1, 1, 1}}) {
-    const bool plane = range.ny > 1;
-    ask("ids",
-        "groups of " + std::to_string(range.group_x) +
-            (plane ? " x " + std::to_string(range.group_y) : ""),
-        std::to_string(range.nx) + (plane ? " x " + std::to_string(range.ny) : "") + " items", true,
-        "OpenCL C 1.2, 6.12.1; API 5.8", [&] {
-          const std::size_t most = work_group_claimed(device);
-          return range.group_x * range.group_y > most ? too_small(most) : name_items(device, range);
-        });
-  }
-  // The last one is filled by a kernel of ours on CPUs (fill.cl).
-  for (const std::size_t count : {1, 15, 17, 1023, 65549})
-    ask("buffers", "", std::to_string(count) + " words", true, "OpenCL API 1.2, 5.2.2 to 5.2.4",
-        [&] { return move_buffer(device, count); });
-  ask("order", "100 launches", "203 items", true, "OpenCL API 1.2, 3.2.1, 3.3.1 and 5.11",
-      [&] { return mix_neighbours(device, 203, 100); });
-  ask("macros", "", "", true, "OpenCL API 1.2, 5.6.4.1; C 6.10",
-      [&] { return read_macros(device); });
+  probe_values(device, probe);
+  probe_atomics(device, probe);
+  probe_groups(device, probe);
+  probe_commands(device, probe);
 }
 
 }  // namespace meniscus::verify

@@ -1,7 +1,6 @@
 // What the tests of the blend share: its samples, and how far they may be from planes.
 #pragma once
 
-#include <cmath>
 #include <cstring>
 #include <functional>
 #include <vector>
@@ -66,13 +65,6 @@ inline Samples blended(Device& device, const View& view, const SampleGrid& grid,
 inline Samples blended(Device& device, const View& view, const SampleGrid& grid, const Scene& scene,
                        float reference) {
   return blended(device, view, grid, scene, std::vector<float>(grid.size(), reference));
-}
-
-inline double u_of(const SampleGrid& grid, std::size_t s) {
-  return grid.first + grid.step * static_cast<double>(s % static_cast<std::size_t>(grid.nx));
-}
-inline double v_of(const SampleGrid& grid, std::size_t s) {
-  return grid.first + grid.step * static_cast<double>(s / static_cast<std::size_t>(grid.nx));
 }
 
 // Depth at which the ray of pixel (u, v) meets the plane.

@@ -14,6 +14,33 @@ namespace {
 
 using Paper = OnDevice;
 
+struct FilteredContour {
+  bool inside;
+  double doubt;  // distance of the filter's value from 1/2
+};
+
+// Eqs. 3 to 5 on the region at sample (i, j); the window ends at three sigma_s (samples).
+FilteredContour filter_contour(const std::vector<int>& group, int nx, int ny, int i, int j,
+                               const std::vector<Vec3d>& normal, double sigma_s, double sigma_n) {
+  const int reach = static_cast<int>(std::ceil(3 * sigma_s));
+  const int here = group[static_cast<std::size_t>(j) * nx + i];
+  double sum = 0, weight = 0;
+  for (int n = -reach; n <= reach; ++n)
+    for (int m = -reach; m <= reach; ++m) {
+      const int x = i + m, y = j + n;
+      if (x < 0 || y < 0 || x >= nx || y >= ny) continue;
+      const int there = group[static_cast<std::size_t>(y) * nx + x];
+      double w = std::exp(-(m * m + n * n) / (2 * sigma_s * sigma_s));
+      if (here >= 0 && there >= 0) {
+        const Vec3d d = normal[here] - normal[there];
+        w *= std::exp(-dot(d, d) / (2 * sigma_n * sigma_n));
+      }
+      weight += w;
+      if (there >= 0) sum += w;
+    }
+  return {sum > weight / 2, std::abs(sum / weight - 0.5)};
+}
+
 TEST(GhostParticles, ReplaceTheNearCornersOfADeletedTriangle) {
   const View view = plain_view();
   // Two triangles at depth 20, a jump to 30 at u = 14, two triangles there.
@@ -163,7 +190,7 @@ TEST_P(Paper, ContourFilterMatchesTheReference) {
     for (int i = 0; i < nx; ++i) {
       const std::size_t s = static_cast<std::size_t>(j) * nx + i;
       const auto expected =
-          reference::filter_contour(group, nx, ny, i, j, groups.normal, sigma, params.sigma_n);
+          filter_contour(group, nx, ny, i, j, groups.normal, sigma, params.sigma_n);
       // Each term carries some 16 epsilon (the own exponential 4), each sum one more a term.
       if (expected.doubt < (terms + 16) * kEpsilon) continue;
       EXPECT_EQ(actual[s] >= 0, expected.inside);
@@ -204,14 +231,7 @@ TEST_P(Paper, SplashIsDrawnAsSpheres) {
   const Vec3d centre[2] = {{0.25, 0.5, -20}, {-0.5, 0.25, -20.5}};
   for (const Vec3d& c : centre) {
     const PixelPosition at = project(view, c);
-    p.x.push_back(static_cast<float>(c.x));
-    p.y.push_back(static_cast<float>(c.y));
-    p.z.push_back(static_cast<float>(c.z));
-    p.u.push_back(static_cast<float>(at.u));
-    p.v.push_back(static_cast<float>(at.v));
-    p.ku.push_back(static_cast<float>(view.u_scale));
-    p.kv.push_back(static_cast<float>(view.v_scale));
-    p.scale.push_back(1);
+    add_particle(p, c, at.u, at.v, view.u_scale, view.v_scale);
   }
   SurfaceBuffers surface = empty_surface(device_, pixel_grid(view));
   // A surface at depth 19.4 hides what lies behind it.

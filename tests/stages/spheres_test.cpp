@@ -11,20 +11,7 @@
 namespace meniscus {
 namespace {
 
-class Spheres : public OnDevice {
- protected:
-  Projected projected(const View& view, int count, unsigned seed) {
-    WorldParticles particles;
-    Random random(seed);
-    for (int k = 0; k < count; ++k) {
-      particles.x.push_back(static_cast<float>(random(-4, 4)));
-      particles.y.push_back(static_cast<float>(random(-3, 3)));
-      particles.z.push_back(static_cast<float>(random(-4, 4)));
-      particles.scale.push_back(static_cast<float>(random(0.6, 1.5)));
-    }
-    return project_particles(view, particles, 2);
-  }
-};
+using Spheres = OnDevice;
 
 struct Case {
   const char* name;
@@ -45,7 +32,7 @@ TEST_P(Spheres, MatchTheReference) {
     const View view = make_view(c.camera(static_cast<int>(c.grid.nx * c.grid.step),
                                          static_cast<int>(c.grid.ny * c.grid.step)),
                                 0.5, {0, 0, 0});
-    const Projected particles = projected(view, 60, 2);
+    const Projected particles = spheres_around(view, 60, 2);
     ASSERT_GT(particles.size(), 30u);
     const DeviceSpheres spheres = upload_spheres(device_, view, particles, c.footprint);
     const Buffer<float> device_depth = cast_spheres(device_, view, spheres, c.grid);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "meniscus/meniscus.hpp"
 #include "stages/stage_test_support.hpp"
@@ -176,11 +175,9 @@ TEST_P(Stable, APlaneStaysAPlane) {
         device_, draw(device_, p, mesh, made_by_hand(mesh, plane, 0, 16), grid, params).surface);
     for (std::size_t s = 0; s < grid.size(); ++s) {
       if (!(map.group[s] >= 0)) continue;
-      const double u = grid.first + grid.step * static_cast<double>(s % grid.nx);
-      const double v = grid.first + grid.step * static_cast<double>(s / grid.nx);
       // Offset by one radius along the normal. Coordinates below 64 are rounded when stored, twice
       // in the ray and in the sums of f, over a slope along the ray of at least 0.9.
-      EXPECT_NEAR(map.depth[s], plane(u, v) - 1 / n.z, 16 * 64 * kEpsilon);
+      EXPECT_NEAR(map.depth[s], plane(u_of(grid, s), v_of(grid, s)) - 1 / n.z, 16 * 64 * kEpsilon);
       // Gradients are equal to one rounding a coordinate; what the weights add is f = 0.
       EXPECT_LT(length(Vec3d(map.normal[s]) - n), 16 * 64 * kEpsilon);
     }

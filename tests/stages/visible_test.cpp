@@ -222,15 +222,9 @@ TEST_P(Visibility, FrontsAreThoseOfTheDepthMapInOccupiedBlocks) {
 Projected lattice(const View& view, double depth, double shift, Projected p = {}) {
   for (int j = 0; j < 8; ++j)
     for (int i = 0; i < 8; ++i) {
-      p.u.push_back(static_cast<float>(16 * i + 8 + shift));
-      p.v.push_back(static_cast<float>(16 * j + 8 + shift));
-      const Vec3d at = point_at(view, p.u.back(), p.v.back(), depth);
-      p.x.push_back(static_cast<float>(at.x));
-      p.y.push_back(static_cast<float>(at.y));
-      p.z.push_back(static_cast<float>(at.z));
-      p.ku.push_back(8);
-      p.kv.push_back(8);
-      p.scale.push_back(1);
+      const float u = static_cast<float>(16 * i + 8 + shift),
+                  v = static_cast<float>(16 * j + 8 + shift);
+      add_particle(p, point_at(view, u, v, depth), u, v, 8, 8);
     }
   return p;
 }

@@ -118,6 +118,51 @@ inline Hit meet(const ParticleFits& fits, const std::vector<double>& trust, std:
   return hit;
 }
 
+/// Whether normals are of one sheet, 0 .. 1.
+inline double same_sheet(const Vec3d& a, const Vec3d& b, const BlendParams& params) {
+  return smooth_passage(params.same_low, params.same_high, dot(a, b));
+}
+
+/// Sheet R: what faces away near a point of the surface, with another normal, may end it. R and
+/// steep faces that meet the surface in a convex edge vouch for a point within them.
+///
+///   at     the point
+///   shown  the middle of what is shown there
+inline void end_at_hidden(const ParticleFits& fits, const std::vector<double>& trust,
+                          const Vec3d& ray, const Vec3d& at, const Vec3d& shown,
+                          const FitParams& fit, const BlendParams& params, Blended* out) {
+  double weight = 0, level = 0, within = 0, beyond = 0;
+  double strong = 0, outside = 0, strong_outside = 0;
+  Vec3d centre, normal;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    if (!counts(fits, trust, k)) continue;
+    Vec3d g;
+    const double steep = value(fits, k, at, &g), f = steep / length(g);
+    g = g / length(g);
+    if (dot(g, ray) <= -0.5 * length(ray)) continue;
+    const double w = nearness(at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
+                     fits.surface[k] * trust[k] * (1 - same_sheet(g, out->normal, params)) *
+                     std::max(1 - f * f / 4, 0.0);
+    const Vec3d to = fits.foot[k] - shown;
+    if (dot(to, out->normal) < 0 && dot(to, g) > 0) (f > 0 ? beyond : within) += w;
+    if (dot(g, ray) <= 0) continue;
+    const double own = fits.edge[k] * fits.surface[k] * trust[k];
+    weight += w;
+    strong += w * own;
+    if (f >= 0) outside += w;
+    if (f >= 0) strong_outside += w * own;
+    level += w * std::max(f, -0.05);  // of several faces the one that it lies outside of
+    centre += w * fits.foot[k];
+    normal += w * g;
+  }
+  // Bevels between hidden faces end nothing that these hold.
+  if (weight > 1e-3 && level > 0 && strong_outside * weight > 0.05 * strong * outside) {
+    const Vec3d to = centre / weight - shown;
+    out->ended = dot(to, out->normal) < 0 && dot(to, normal) > 0;
+  }
+  out->on_edge |= within > (out->trust < 1 ? 1e-3 : 3e-4) && within > beyond;
+}
+
 /// The blend on the ray of pixel (u, v), whose reference depth is t0. Fits without residual or with
 /// trust up to 0.01 do not count; those with v < 1/1000 are not met by the ray.
 inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust, const View& view,
@@ -134,11 +179,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   out.hits = hits.size();
   if (hits.empty()) return out;
 
-  // Sheet A around the gradient that dominates.
-  const auto same = [&](const Vec3d& a, const Vec3d& b) {
-    return smooth_passage(params.same_low, params.same_high, dot(a, b));
-  };
-  // Round fits go on around bends.
+  // Sheet A around the gradient that dominates. Round fits go on around bends.
   const auto belongs = [&](const Hit& hit, const Vec3d& to) {
     return smooth_passage(params.same_low, params.same_high,
                           dot(hit.gradient, to) + 0.9 * fits.roundness[hit.fit]);
@@ -277,39 +318,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
   out.on_edge = (ab && near(a.t, b.t) && b.weight > 0.03 * a.weight) ||
                 (ac && near(a.t, c.t) && c.weight > 0.03 * a.weight);
 
-  // Sheet R: what faces away near the point, with another normal. It and steep faces that meet the
-  // surface in a convex edge vouch for a point within them.
-  const Vec3d at = start + ray * (out.depth - t0);
-  double weight = 0, level = 0, within = 0, beyond = 0;
-  double strong = 0, outside = 0, strong_outside = 0;
-  Vec3d centre, normal;
-  for (std::size_t k = 0; k < fits.size(); ++k) {
-    if (!counts(fits, trust, k)) continue;
-    Vec3d g;
-    const double steep = value(fits, k, at, &g), f = steep / length(g);
-    g = g / length(g);
-    if (dot(g, ray) <= -0.5 * length(ray)) continue;
-    const double w = nearness(at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
-                     fits.surface[k] * trust[k] * (1 - same(g, out.normal)) *
-                     std::max(1 - f * f / 4, 0.0);
-    const Vec3d to = fits.foot[k] - shown;
-    if (dot(to, out.normal) < 0 && dot(to, g) > 0) (f > 0 ? beyond : within) += w;
-    if (dot(g, ray) <= 0) continue;
-    const double own = fits.edge[k] * fits.surface[k] * trust[k];
-    weight += w;
-    strong += w * own;
-    if (f >= 0) outside += w;
-    if (f >= 0) strong_outside += w * own;
-    level += w * std::max(f, -0.05);  // of several faces the one that it lies outside of
-    centre += w * fits.foot[k];
-    normal += w * g;
-  }
-  // Bevels between hidden faces end nothing that these hold.
-  if (weight > 1e-3 && level > 0 && strong_outside * weight > 0.05 * strong * outside) {
-    const Vec3d to = centre / weight - shown;
-    out.ended = dot(to, out.normal) < 0 && dot(to, normal) > 0;
-  }
-  out.on_edge |= within > (out.trust < 1 ? 1e-3 : 3e-4) && within > beyond;
+  end_at_hidden(fits, trust, ray, start + ray * (out.depth - t0), shown, fit, params, &out);
   return out;
 }
 

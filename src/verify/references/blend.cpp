@@ -35,16 +35,14 @@ void see_blend(Device& device, const GivenFits& scene, const View& view, const S
   const SurfaceMap map = download(device, surface);
   const std::vector<float> trust = download(device, surface.trust);
 
-  const auto nx = static_cast<std::size_t>(grid.nx);
   for (std::size_t s = 0; s < grid.size(); ++s) {
     if (!(reference[s] < kNoSurface)) {
       seen->depths.see(map.depth[s], kNoSurface, 0);
       continue;
     }
-    const double u = grid.first + grid.step * static_cast<double>(s % nx),
-                 v = grid.first + grid.step * static_cast<double>(s / nx);
-    const auto bounded = reference::bounded_blend(scene.fits, scene.trust, others, view, u, v,
-                                                  reference[s], fit, params);
+    const auto bounded =
+        reference::bounded_blend(scene.fits, scene.trust, others, view, u_of(grid, s),
+                                 v_of(grid, s), reference[s], fit, params);
     if (!bounded.sure) continue;
     const reference::Blended& expected = bounded.expected;
     seen->depths.see(map.depth[s], expected.depth, bounded.depth_error);

@@ -44,10 +44,7 @@ ReferenceErrors implicit_errors(Device& device, int size, const Disorder& disord
   const Cells cells = make_cells(particles.x, particles.y, particles.z, kDensitySupport);
   const DeviceCells on_device = upload_cells(device, cells, disorder.mass());
   const DeviceCells levelled = level_cells(device, on_device, params.region);
-  const std::vector<float> weight = download(device, levelled.weight);
-  fluid.levelled.weight.resize(particles.size());
-  for (std::size_t p = 0; p < weight.size(); ++p)
-    fluid.levelled.weight[static_cast<std::size_t>(cells.item[p])] = weight[p];
+  fluid.levelled.weight = by_particle(cells, download(device, levelled.weight));
 
   Random random(13);
   std::vector<ParticleFits> other_fits;

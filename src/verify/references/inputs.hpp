@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "meniscus/camera.hpp"
+#include "stages/cells.hpp"
 #include "stages/project.hpp"
 #include "stages/samples.hpp"
 #include "stages/stage_data.hpp"
@@ -48,6 +49,22 @@ inline std::set<int> samples_of(Device& device, const SampleLists& lists) {
   return samples;
 }
 
+/// The pixel of sample s.
+inline double u_of(const SampleGrid& grid, std::size_t s) {
+  return grid.first + grid.step * static_cast<double>(s % static_cast<std::size_t>(grid.nx));
+}
+inline double v_of(const SampleGrid& grid, std::size_t s) {
+  return grid.first + grid.step * static_cast<double>(s / static_cast<std::size_t>(grid.nx));
+}
+
+/// Values in the order of cells, in that of the particles.
+inline std::vector<double> by_particle(const Cells& cells, const std::vector<float>& values) {
+  std::vector<double> all(values.size());
+  for (std::size_t k = 0; k < values.size(); ++k)
+    all[static_cast<std::size_t>(cells.item[k])] = values[k];
+  return all;
+}
+
 /// A map of `grid`'s size, `at(i, j)` everywhere.
 template <class At>
 std::vector<float> map_of(const SampleGrid& grid, const At& at) {
@@ -77,6 +94,18 @@ inline std::vector<float> stairs(const SampleGrid& grid, unsigned seed) {
   });
 }
 
+/// Adds a particle of the common radius, which spans (ku, kv) pixels around pixel (u, v).
+inline void add_particle(Projected& p, const Vec3d& eye, double u, double v, double ku, double kv) {
+  p.x.push_back(static_cast<float>(eye.x));
+  p.y.push_back(static_cast<float>(eye.y));
+  p.z.push_back(static_cast<float>(eye.z));
+  p.u.push_back(static_cast<float>(u));
+  p.v.push_back(static_cast<float>(v));
+  p.ku.push_back(static_cast<float>(ku));
+  p.kv.push_back(static_cast<float>(kv));
+  p.scale.push_back(1);
+}
+
 /// n particles in a cube 20 radii away, side 2 `side`.
 inline Projected scattered(std::size_t n, double side, unsigned seed) {
   Random random(seed);
@@ -87,6 +116,19 @@ inline Projected scattered(std::size_t n, double side, unsigned seed) {
     p.z.push_back(static_cast<float>(random(-side, side) - 20));
   }
   return p;
+}
+
+/// n particles of many sizes around the origin, as a view sees them.
+inline Projected spheres_around(const View& view, int n, unsigned seed) {
+  Random random(seed);
+  WorldParticles world;
+  for (int k = 0; k < n; ++k) {
+    world.x.push_back(static_cast<float>(random(-4, 4)));
+    world.y.push_back(static_cast<float>(random(-3, 3)));
+    world.z.push_back(static_cast<float>(random(-4, 4)));
+    world.scale.push_back(static_cast<float>(random(0.6, 1.5)));
+  }
+  return project_particles(view, world, 2);
 }
 
 /// n spheres over and around a screen; every tenth twice.

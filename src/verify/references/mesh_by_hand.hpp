@@ -25,17 +25,7 @@ inline View plain_view() {
 inline Projected place(const std::vector<Vec3d>& uvt) {
   const View view = plain_view();
   Projected p;
-  for (const Vec3d& at : uvt) {
-    const Vec3d eye = point_at(view, at.x, at.y, at.z);
-    p.x.push_back(static_cast<float>(eye.x));
-    p.y.push_back(static_cast<float>(eye.y));
-    p.z.push_back(static_cast<float>(eye.z));
-    p.u.push_back(static_cast<float>(at.x));
-    p.v.push_back(static_cast<float>(at.y));
-    p.ku.push_back(1);
-    p.kv.push_back(1);
-    p.scale.push_back(1);
-  }
+  for (const Vec3d& at : uvt) add_particle(p, point_at(view, at.x, at.y, at.z), at.x, at.y, 1, 1);
   return p;
 }
 
@@ -92,7 +82,7 @@ inline FittedSurface fitted_surface(const Projected& projected, std::int32_t ste
     if (i % step == step - 1) continue;
     scene.seen.index.push_back(i);
     scene.seen.owned.push_back(static_cast<float>(random(0.02, 0.12)));
-    scene.seen.tells.push_back(static_cast<float>(random(0.1, 1)));
+    scene.seen.influence.push_back(static_cast<float>(random(0.1, 1)));
   }
   scene.place = scene.seen.index;
   return scene;

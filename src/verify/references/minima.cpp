@@ -20,9 +20,11 @@ namespace {
 
 constexpr int kWidth = 61, kHeight = 47;
 
-// Runs `draw` both ways and sees that each value is the same, where `counts` says so.
-template <class Draw, class Counts>
-void see_both(Device& device, Worst& worst, const Draw& draw, const Counts& counts) {
+const auto everywhere = [](std::size_t) { return true; };
+
+// Runs `draw` both ways: each value must be the same, where `counts` says so.
+template <class Draw, class Counts = decltype(everywhere)>
+void see_both(Device& device, Worst& worst, const Draw& draw, const Counts& counts = everywhere) {
   const auto drawn = [&](DiscForm form) {
     const WithDiscs with(device, form);
     return draw();
@@ -32,7 +34,13 @@ void see_both(Device& device, Worst& worst, const Draw& draw, const Counts& coun
     if (counts(k)) worst.see(static_cast<double>(minima[k]), static_cast<double>(bins[k]), 0);
 }
 
-const auto everywhere = [](std::size_t) { return true; };
+template <class Draw, class Counts = decltype(everywhere)>
+ReferenceError both_ways(Device& device, const char* kernel, const char* output, const Draw& draw,
+                         const Counts& counts = everywhere) {
+  Worst worst(kernel, output);
+  see_both(device, worst, draw, counts);
+  return worst.error();
+}
 
 // How many nodes each of `number` discs owns; nobody's are the last one's.
 std::vector<cl_int> counted(const std::vector<cl_int>& owners, std::size_t number) {
@@ -82,7 +90,21 @@ void see_counts(Device& device, const Projected& p, std::vector<std::int32_t> pa
   errors.push_back(taken.error());
 }
 
-// Discs against double precision, and owners, extents and what lies behind.
+// The nearest fronts of discs against double precision.
+std::vector<float> see_fronts(Device& device, const Projected& p,
+                              const std::vector<std::int32_t>& all, const SplatParticles& splats,
+                              const SampleGrid& grid, ReferenceErrors& errors) {
+  const WithDiscs with(device, DiscForm::minima);
+  Worst depths("lower_discs", "depth");
+  const auto bounds = reference::splat_depth(p, all, grid, 1.8, 0.45, kEpsilon);
+  const std::vector<float> fronts = download(device, splat_depth(device, splats, grid, 1.8, 0.45));
+  for (std::size_t k = 0; k < fronts.size(); ++k)
+    depths.see_within(fronts[k], bounds.low[k], bounds.high[k]);
+  errors.push_back(depths.error());
+  return fronts;
+}
+
+// Discs: fronts, owners, extents and what lies behind.
 void see_discs(Device& device, int size, ReferenceErrors& errors) {
   const SampleGrid grid{kWidth, kHeight, 0.5f, 1};
   const Projected p = discs(static_cast<std::size_t>(size), 5, kWidth, kHeight);
@@ -90,103 +112,65 @@ void see_discs(Device& device, int size, ReferenceErrors& errors) {
   std::iota(all.begin(), all.end(), 0);
   const SplatParticles splats = upload_splats(device, p, all);
 
-  Worst depths("lower_discs", "depth");
-  std::vector<float> fronts;
-  {
-    const WithDiscs with(device, DiscForm::minima);
-    const auto bounds = reference::splat_depth(p, all, grid, 1.8, 0.45, kEpsilon);
-    fronts = download(device, splat_depth(device, splats, grid, 1.8, 0.45));
-    for (std::size_t k = 0; k < fronts.size(); ++k)
-      depths.see_within(fronts[k], bounds.low[k], bounds.high[k]);
-  }
-  errors.push_back(depths.error());
-
-  Worst owners("own_discs", "owner");
-  see_both(
-      device, owners, [&] { return download(device, splat_owner(device, splats, grid, 1.8)); },
-      everywhere);
-  errors.push_back(owners.error());
-
+  const std::vector<float> fronts = see_fronts(device, p, all, splats, grid, errors);
+  const auto covered = [&](std::size_t k) { return fronts[k] < kNoSurface; };
+  errors.push_back(both_ways(device, "own_discs", "owner", [&] {
+    return download(device, splat_owner(device, splats, grid, 1.8));
+  }));
   see_counts(device, p, all, errors);
 
-  Worst nearest("lower_fronts_and_extents", "depth"),
-      covered("lower_fronts_and_extents", "occupied by fronts");
   const auto front = [&](auto part) {
-    return download(device, splat_fronts(device, splats, grid, 1.8, 0.45).*part);
+    return
+        [&, part] { return download(device, splat_fronts(device, splats, grid, 1.8, 0.45).*part); };
   };
-  see_both(
-      device, covered, [&] { return front(&Fronts::occupied); }, everywhere);
-  see_both(
-      device, nearest, [&] { return front(&Fronts::depth); },
-      [&](std::size_t k) { return fronts[k] < kNoSurface; });
-  errors.push_back(nearest.error());
-  errors.push_back(covered.error());
+  errors.push_back(
+      both_ways(device, "lower_fronts_and_extents", "depth", front(&Fronts::depth), covered));
+  errors.push_back(both_ways(device, "lower_fronts_and_extents", "occupied by fronts",
+                             front(&Fronts::occupied)));
 
-  Worst extents("lower_fronts_and_extents", "from and to"),
-      blocks("lower_fronts_and_extents", "occupied by extents");
   const auto extent = [&](auto part) {
-    return download(device, splat_extent(device, splats, grid, 2, any_blocks(device, grid)).*part);
+    return [&, part] {
+      return download(device,
+                      splat_extent(device, splats, grid, 2, any_blocks(device, grid)).*part);
+    };
   };
-  const auto from = extent(&Extent::from);
-  see_both(
-      device, extents, [&] { return extent(&Extent::from); }, everywhere);
-  see_both(
-      device, extents, [&] { return extent(&Extent::to); },
-      [&](std::size_t k) { return from[k] < kNoSurface; });
-  see_both(
-      device, blocks, [&] { return extent(&Extent::occupied); }, everywhere);
+  Worst extents("lower_fronts_and_extents", "from and to");
+  const auto from = extent(&Extent::from)();
+  see_both(device, extents, extent(&Extent::from));
+  see_both(device, extents, extent(&Extent::to),
+           [&](std::size_t k) { return from[k] < kNoSurface; });
   errors.push_back(extents.error());
-  errors.push_back(blocks.error());
+  errors.push_back(both_ways(device, "lower_fronts_and_extents", "occupied by extents",
+                             extent(&Extent::occupied)));
 
-  Worst behind("lower_discs_behind", "depth");
   const Buffer<float> first = upload(device, fronts);
   const GapLists gaps = list_gaps(device, grid, first, 3);
-  see_both(
-      device, behind,
-      [&] {
-        const DiscsBehind discs = list_discs(device, splats, {{1.8f, 1.0f}}, gaps);
-        return download(device, splat_behind(device, discs, gaps.lists, first, 3));
-      },
-      [&](std::size_t k) { return fronts[k] < kNoSurface; });
-  errors.push_back(behind.error());
+  const auto behind = [&] {
+    const DiscsBehind discs = list_discs(device, splats, {{1.8f, 1.0f}}, gaps);
+    return download(device, splat_behind(device, discs, gaps.lists, first, 3));
+  };
+  errors.push_back(both_ways(device, "lower_discs_behind", "depth", behind, covered));
 }
 
 void see_spheres(Device& device, int size, ReferenceErrors& errors) {
   const View view = make_view(off_centre_camera(kWidth, kHeight), 0.5, {0, 0, 0});
-  WorldParticles world;
-  Random random(2);
-  for (int k = 0; k < size; ++k) {
-    world.x.push_back(static_cast<float>(random(-4, 4)));
-    world.y.push_back(static_cast<float>(random(-3, 3)));
-    world.z.push_back(static_cast<float>(random(-4, 4)));
-    world.scale.push_back(static_cast<float>(random(0.6, 1.5)));
-  }
-  const DeviceSpheres spheres =
-      upload_spheres(device, view, project_particles(view, world, 2), 1.5);
-  Worst depths("lower_spheres", "depth"), normals("normals_of_owners", "normal");
+  const DeviceSpheres spheres = upload_spheres(device, view, spheres_around(view, size, 2), 1.5);
   const SampleGrid grid = pixel_grid(view);
-  see_both(
-      device, depths, [&] { return download(device, cast_spheres(device, view, spheres, grid)); },
-      everywhere);
-  see_both(
-      device, normals,
-      [&] { return download(device, sphere_normals(device, view, spheres, grid)); }, everywhere);
-  errors.push_back(depths.error());
-  errors.push_back(normals.error());
+  errors.push_back(both_ways(device, "lower_spheres", "depth", [&] {
+    return download(device, cast_spheres(device, view, spheres, grid));
+  }));
+  errors.push_back(both_ways(device, "normals_of_owners", "normal", [&] {
+    return download(device, sphere_normals(device, view, spheres, grid));
+  }));
 }
 
 void see_triangles(Device& device, int size, ReferenceErrors& errors) {
   const View view = plain_view();
   const Triangulation mesh = triangulated(field(3 + size / 10, 4, hills));
-  Worst depths("lower_triangles", "depth");
   const SampleGrid grid = pixel_grid(view);
-  see_both(
-      device, depths,
-      [&] {
-        return download(device, draw_triangles(device, view, mesh, grid, any_blocks(device, grid)));
-      },
-      everywhere);
-  errors.push_back(depths.error());
+  errors.push_back(both_ways(device, "lower_triangles", "depth", [&] {
+    return download(device, draw_triangles(device, view, mesh, grid, any_blocks(device, grid)));
+  }));
 }
 
 }  // namespace

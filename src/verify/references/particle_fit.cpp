@@ -20,11 +20,11 @@ void see_pass(const FittedSurface& scene, const ParticleFits& earlier, const Par
               const ParticleFits& after, const FitParams& params, Worst& equation,
               Worst& residual) {
   const reference::Surroundings all = scene.surroundings(before);
-  const reference::Surroundings told = scene.surroundings(earlier);
+  const reference::Surroundings passed = scene.surroundings(earlier);
   for (std::size_t k = 0; k < after.size(); ++k) {
     const std::size_t i = static_cast<std::size_t>(scene.place[k]);
     const auto one = reference::pass_problem(all, before, k, i, after.support[k], params,
-                                             reference::firm_of(told, i, params, 0));
+                                             reference::firm_of(passed, i, params, 0));
     const auto left =
         reference::residuals(one.problem, after.quadric[k], params.offset, one.weights, params, 1);
     for (int q = 0; q < 10; ++q) equation.see(left.error[q], 0, left.bound[q], left.size[q]);

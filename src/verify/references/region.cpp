@@ -23,14 +23,7 @@ Projected wavy(const View& view, int across, int down) {
         v = std::floor(v) + 0.5 + (j % 4 == 0 ? 2e-5 : 0);
       }
       const Vec3d eye = point_at(view, u, v, 30 + std::sin(0.1 * u) + (u > 40 ? 9 : 0));
-      p.x.push_back(static_cast<float>(eye.x));
-      p.y.push_back(static_cast<float>(eye.y));
-      p.z.push_back(static_cast<float>(eye.z));
-      p.u.push_back(static_cast<float>(u));
-      p.v.push_back(static_cast<float>(v));
-      p.ku.push_back(2.5f);
-      p.kv.push_back(2.5f);
-      p.scale.push_back(1);
+      add_particle(p, eye, u, v, 2.5, 2.5);
     }
   return p;
 }

@@ -17,7 +17,7 @@ constexpr SheetWeights kNear{5, -0.6f, -0.2f}, kFar{36, -0.6f, -0.2f};
 constexpr double kRidge = 6;
 
 // Next to nothing may be nothing in floats.
-bool tells(const reference::SheetMean& mean) { return mean.weight == 0 || mean.weight > 1e-3; }
+bool is_sure(const reference::SheetMean& mean) { return mean.weight == 0 || mean.weight > 1e-3; }
 
 struct BendErrors {
   Worst share{"score_bends", "share"}, score{"score_bends", "score"}, bends{"score_bends", "bend"},
@@ -46,7 +46,7 @@ void see_bends(Device& device, int size, double noise, double disorder, BendErro
     };
     const auto one = mean(evidence.one, kNear), two = mean(evidence.two, kNear),
                bend = mean(evidence.bend, kNear), apart = mean(evidence.apart, kNear);
-    if (!tells(one)) continue;
+    if (!is_sure(one)) continue;
     const auto expected =
         reference::scored_bend(one, two, bend, apart, evidence.share[k], added, rounder);
     worst.share.see(scored.share[k], expected.share.value, expected.share.error, 1);
@@ -57,7 +57,7 @@ void see_bends(Device& device, int size, double noise, double disorder, BendErro
     for (const auto at : {&Vec3d::x, &Vec3d::y, &Vec3d::z})
       worst.ridge.see(scored.ridge[k].*at, ridge.normal.*at, ridge.error, 1);
     const auto score = mean(scored.score, kFar);
-    if (!tells(score)) continue;
+    if (!is_sure(score)) continue;
     const auto round = reference::roundness_of(score, scored.bends[k]);
     worst.round.see(scored.roundness[k], round.value, round.error, 1);
   }

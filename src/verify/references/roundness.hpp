@@ -7,7 +7,7 @@
 
 namespace meniscus {
 
-/// The trial fits, narrow or wide, of the fitted particles; nothing else is a neighbour that tells.
+/// The trial fits, narrow or wide, of the fitted particles; no other particle is a neighbour.
 inline std::vector<reference::TrialFit> trial_fits(Device& device, const FittedSurface& scene,
                                                    bool wide) {
   FitParams params;
@@ -26,7 +26,8 @@ inline std::vector<reference::TrialFit> trial_fits(Device& device, const FittedS
              : reference::measure(around, static_cast<std::size_t>(scene.place[k]), fits.support[k],
                                   fits.quadric[k], fits.residual[k], params)
                    .agreement;
-    const double weight = fits.residual[k] < 0 ? 0 : fits.surface[k] * edge * scene.seen.telling(k);
+    const double weight =
+        fits.residual[k] < 0 ? 0 : fits.surface[k] * edge * scene.seen.influence_of(k);
     trial.push_back({fits.position[k], fits.normal[k], weight, quadric});
   }
   return trial;

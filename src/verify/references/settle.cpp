@@ -151,13 +151,9 @@ ReferenceErrors weight_errors(Device& device, int size, const Disorder& disorder
   const Cells cells = make_cells(particles.x, particles.y, particles.z, kDensitySupport);
   const RegionParams params = for_disorder(RegionParams{}, disorder);
   const double lone = lone_factor({}, disorder);
-  const std::vector<float> in_order =
-      download(device, level_cells(device, upload_cells(device, cells, disorder.mass()), params,
-                                   Measured::everywhere, lone)
-                           .weight);
-  std::vector<double> weight(in_order.size());
-  for (std::size_t k = 0; k < weight.size(); ++k)
-    weight[static_cast<std::size_t>(cells.item[k])] = in_order[k];
+  const DeviceCells levelled = level_cells(device, upload_cells(device, cells, disorder.mass()),
+                                           params, Measured::everywhere, lone);
+  const std::vector<double> weight = by_particle(cells, download(device, levelled.weight));
   Worst worst("measure_gradients", "weight");
   see_weights(particles, disorder.mass(), params.blob_density, lone, weight, &worst);
   return {worst.error()};

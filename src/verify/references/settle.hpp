@@ -60,19 +60,12 @@ struct FieldScene {
         cells(upload_cells(device, host_cells)),
         levelled(level_cells(device, cells, params)) {
     // The weights have a reference of their own; the field starts from the device's.
-    const auto weight = download(device, levelled.weight);
-    field.weight.resize(weight.size());
-    for (std::size_t k = 0; k < weight.size(); ++k)
-      field.weight[static_cast<std::size_t>(host_cells.item[k])] = weight[k];
+    field.weight = by_particle(host_cells, download(device, levelled.weight));
   }
 
-  double u(std::size_t s) const {
-    return grid.first + static_cast<double>(s % static_cast<std::size_t>(grid.nx));
+  reference::FieldOnRay ray(std::size_t s) const {
+    return {field, view, u_of(grid, s), v_of(grid, s)};
   }
-  double v(std::size_t s) const {
-    return grid.first + static_cast<double>(s / static_cast<std::size_t>(grid.nx));
-  }
-  reference::FieldOnRay ray(std::size_t s) const { return {field, view, u(s), v(s)}; }
 
   View view;
   SampleGrid grid;
@@ -141,7 +134,7 @@ inline Layer random_layer(const FieldScene& scene, unsigned seed) {
         reference::level_weight(reference::density(field.particles, field.particles.eye(i)),
                                 reference::share(0), level, 1));
   for (std::size_t s = 0; s < n; ++s) {
-    const reference::FieldOnRay ray(field, scene.view, scene.u(s), scene.v(s));
+    const reference::FieldOnRay ray(field, scene.view, u_of(scene.grid, s), v_of(scene.grid, s));
     const auto met = reference::chords(ray, scene.kStart, scene.kEnd, level);
     const auto which = static_cast<std::size_t>(random(0, 1) * static_cast<double>(met.size()));
     const double at = met.empty() ? random(18, 24) : std::floor(64 * met[which].enter) / 64;
@@ -207,8 +200,8 @@ inline Layer settled_at_points(Device& device, const FieldScene& scene, const La
   const std::size_t n = before.size();
   std::vector<float> points(2 * n);
   for (std::size_t s = 0; s < n; ++s) {
-    points[s] = static_cast<float>(scene.u(s));
-    points[n + s] = static_cast<float>(scene.v(s));
+    points[s] = static_cast<float>(u_of(scene.grid, s));
+    points[n + s] = static_cast<float>(v_of(scene.grid, s));
   }
   const SurfaceBuffers list = upload(device, SampleGrid{static_cast<int>(n), 1, 0, 1}, before);
   const auto reference = upload(device, before.reference);

@@ -17,13 +17,13 @@ SurfaceMap flawed(int nx, int ny) {
   for (int j = 0; j < ny; ++j)
     for (int i = 0; i < nx; ++i) {
       const double patch = std::sin(0.3 * i + 0.2 * j) + std::cos(0.27 * j - 0.1 * i);
-      const double says = random(0, 1);
+      const double chance = random(0, 1);
       // Whole in the middle of patches, torn where they end: holes of all sizes, and specks.
-      const bool gap = says < (std::abs(patch) < 0.5 ? 0.35 : 0.06) || patch < -1.2;
-      const bool speck = says > 0.97;
+      const bool gap = chance < (std::abs(patch) < 0.5 ? 0.35 : 0.06) || patch < -1.2;
+      const bool speck = chance > 0.97;
       const bool pit = j % 7 == 3 && i % 11 / 2 == 2;  // two samples of what lies behind
       const double deep = patch < 0.2 ? 30 : 20;
-      const bool odd = !speck && says > 0.94;               // a normal that stands alone
+      const bool odd = !speck && chance > 0.94;             // a normal that stands alone
       const double rough = 0.3 + 0.2 * std::sin(0.23 * i);  // neighbours agree more or less
       const Vec3d normal = normalized(odd ? Vec3d{random(-1, 1), random(-1, 1), 0.4}
                                           : Vec3d{random(-rough, rough), random(-rough, rough), 1});
@@ -33,9 +33,9 @@ SurfaceMap flawed(int nx, int ny) {
               : static_cast<float>(deep + (pit ? 12 : -nearer) + 0.11 * i - 0.07 * j + off));
       map.normal.push_back(gap ? Vec3{} : static_cast<Vec3>(normal));
       map.group.push_back(gap ? -1 : (j * nx + i) % 97);
-      map.kind.push_back(gap                         ? Kind::none
-                         : says > 0.9 && says < 0.92 ? Kind::splash
-                                                     : Kind::surface);
+      map.kind.push_back(gap                             ? Kind::none
+                         : chance > 0.9 && chance < 0.92 ? Kind::splash
+                                                         : Kind::surface);
     }
   return map;
 }

@@ -12,15 +12,7 @@ ReferenceErrors spheres_case(Device& device, int size) {
   constexpr double kFootprint = 1.5;
   const SampleGrid grid{size, size / 2 + 1, 0.5f, 1};
   const View view = make_view(off_centre_camera(grid.nx, grid.ny), 0.5, {0, 0, 0});
-  WorldParticles world;
-  Random random(2);
-  for (int k = 0; k < 60; ++k) {
-    world.x.push_back(static_cast<float>(random(-4, 4)));
-    world.y.push_back(static_cast<float>(random(-3, 3)));
-    world.z.push_back(static_cast<float>(random(-4, 4)));
-    world.scale.push_back(static_cast<float>(random(0.6, 1.5)));
-  }
-  const Projected particles = project_particles(view, world, 2);
+  const Projected particles = spheres_around(view, 60, 2);
   const DeviceSpheres spheres = upload_spheres(device, view, particles, kFootprint);
   const auto depth = download(device, cast_spheres(device, view, spheres, grid));
   const auto normal = download(device, sphere_normals(device, view, spheres, grid));

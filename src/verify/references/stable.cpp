@@ -33,9 +33,7 @@ ReferenceErrors stable_errors(Device& device, const SampleGrid& grid) {
     const auto depth = download(device, region.reference);
     const auto owner = download(device, region.owner);
     for (std::size_t s = 0; s < grid.size(); ++s) {
-      const auto nx = static_cast<std::size_t>(grid.nx);
-      const double u = grid.first + grid.step * static_cast<double>(s % nx);
-      const double v = grid.first + grid.step * static_cast<double>(s / nx);
+      const double u = u_of(grid, s), v = v_of(grid, s);
       // Barycentric coordinates are products of differences below 6, over an area of 1 or more: 40
       // roundings of 36 are safe; three depths of 33 at most, whose coordinates have that error
       // each.
