@@ -8,8 +8,6 @@
 namespace meniscus {
 namespace {
 
-using RunMethod = decltype(run_fit);
-
 RunMethod* function_of(Method method) {
   switch (method) {
     case Method::paper:

@@ -9,26 +9,12 @@
 
 namespace meniscus {
 
-Extraction run_fit(Device& device, const View& view, const WorldParticles& particles,
-                   const Parameters& params, std::vector<StageTime>* timings);
-Extraction run_groups(Device& device, const View& view, const WorldParticles& particles,
-                      const Parameters& params, std::vector<StageTime>* timings);
-Extraction run_paper(Device& device, const View& view, const WorldParticles& particles,
-                     const Parameters& params, std::vector<StageTime>* timings);
-Extraction run_stable(Device& device, const View& view, const WorldParticles& particles,
-                      const Parameters& params, std::vector<StageTime>* timings);
-Extraction run_ssm(Device& device, const View& view, const WorldParticles& particles,
-                   const Parameters& params, std::vector<StageTime>* timings);
-Extraction run_spheres(Device& device, const View& view, const WorldParticles& particles,
-                       const Parameters& params, std::vector<StageTime>* timings);
-Extraction run_bilateral(Device& device, const View& view, const WorldParticles& particles,
-                         const Parameters& params, std::vector<StageTime>* timings);
-Extraction run_narrow_range(Device& device, const View& view, const WorldParticles& particles,
-                            const Parameters& params, std::vector<StageTime>* timings);
-Extraction run_curvature_flow(Device& device, const View& view, const WorldParticles& particles,
-                              const Parameters& params, std::vector<StageTime>* timings);
-Extraction run_anisotropic(Device& device, const View& view, const WorldParticles& particles,
-                           const Parameters& params, std::vector<StageTime>* timings);
+/// A method: the surface of particles in world space; timings: null where nobody wants them.
+using RunMethod = Extraction(Device& device, const View& view, const WorldParticles& particles,
+                             const Parameters& params, std::vector<StageTime>* timings);
+
+RunMethod run_fit, run_groups, run_paper, run_stable, run_ssm, run_spheres, run_bilateral,
+    run_narrow_range, run_curvature_flow, run_anisotropic;
 
 /// What the methods that smooth the depth map of the particles' spheres share: the spheres of
 /// `footprint`, the depth and the normals that `surface` makes of them on a grid, the image, and a
