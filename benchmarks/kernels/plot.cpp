@@ -4,7 +4,6 @@
 
 #include "base/printed.hpp"
 #include "kernels/page.hpp"
-#include "kernels/table.hpp"
 #include "program/page/page.hpp"
 #include "program/page/svg.hpp"
 

@@ -5,7 +5,6 @@
 #include <openvdb/points/PointDataGrid.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <istream>
 #include <optional>

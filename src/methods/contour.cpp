@@ -1,7 +1,6 @@
 #include "methods/contour.hpp"
 
 #include <bit>
-#include <cstdint>
 
 #include "methods/closed_steps.hpp"
 #include "stages/dual_mesh.hpp"

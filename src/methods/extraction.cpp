@@ -1,7 +1,5 @@
 #include "methods/extraction.hpp"
 
-#include <utility>
-
 #include "prepare/attributes.hpp"
 #include "stages/motion.hpp"
 

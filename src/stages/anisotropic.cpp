@@ -1,7 +1,6 @@
 #include "stages/anisotropic.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "device/kernels.hpp"
 #include "stages/density.hpp"

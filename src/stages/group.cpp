@@ -1,7 +1,6 @@
 #include "stages/group.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <numeric>

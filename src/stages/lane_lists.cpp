@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <functional>
 #include <numeric>
 #include <type_traits>
-#include <utility>
 
 #include "base/parallel.hpp"
 #include "base/x86.hpp"

@@ -1,7 +1,6 @@
 #include "stages/sheet.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "device/kernels.hpp"
 #include "device/together.hpp"

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numbers>
 #include <span>
-#include <string>
 #include <tuple>
 
 #include "base/order_statistics.hpp"

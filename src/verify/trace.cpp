@@ -1,6 +1,5 @@
 #include "verify/trace.hpp"
 
-#include <algorithm>
 #include <sstream>
 
 #include "base/content_hash.hpp"

@@ -8,7 +8,6 @@
 #include <random>
 #include <string>
 
-#include "accuracy/closed.hpp"
 #include "accuracy/particles.hpp"
 #include "device/stage_clock.hpp"
 #include "meniscus/device.hpp"

@@ -7,7 +7,6 @@
 #include <array>
 #include <cstddef>
 #include <tuple>
-#include <utility>
 #include <vector>
 
 #include "stages/push_lanes.hpp"

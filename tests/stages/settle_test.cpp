@@ -4,7 +4,6 @@
 #include "device/kernels.hpp"
 #include "stages/settle.hpp"
 #include "stages/stage_test_support.hpp"
-#include "verify/references/cases.hpp"
 
 namespace meniscus {
 namespace {

@@ -3,8 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <set>
-
 #include "stages/stage_test_support.hpp"
 #include "verify/references/cases.hpp"
 #include "verify/references/worst.hpp"

@@ -2,7 +2,6 @@
 // from it. Every operation adds one rounding of its result.
 #pragma once
 
-#include <algorithm>
 #include <cfloat>
 #include <cmath>
 

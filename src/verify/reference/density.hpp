@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <vector>
 
 #include "stages/project.hpp"
 #include "verify/reference/epsilon.hpp"

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cmath>
-#include <vector>
 
 #include "stages/project.hpp"
 #include "stages/stage_data.hpp"

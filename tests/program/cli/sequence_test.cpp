@@ -2,7 +2,6 @@
 // them.
 #include <gmock/gmock.h>
 
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "meniscus/camera.hpp"
 #include "meniscus/device.hpp"
 #include "program/cli/program.hpp"
 #include "same_bits.hpp"
