@@ -109,10 +109,10 @@
 #define FOUND(depth, normal, group) \
   global float* depth, global float* normal, global int* group
 
-// The lanes of fits (particle_fit.cl): [lanes] each one's particle, and how much it tells its neighbours,
+// The lanes of fits (particle_fit.cl): [lanes] each one's particle, and its influence on its neighbours,
 // 0 .. 1. The particles around them: [slots]; [batches] each.
-#define AROUND(particle, telling, neighbour, first, length) \
-  global const int* particle, global const float* telling, global const int* neighbour, \
+#define AROUND(particle, influence, neighbour, first, length) \
+  global const int* particle, global const float* influence, global const int* neighbour, \
   global const int* first, global const int* length
 
 // A pass over lanes: [3][lanes] support, particle radii, roundness, firmness; [10][lanes] quadric around the

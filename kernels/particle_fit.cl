@@ -206,7 +206,7 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
 kernel void fit_particles(
     global const float4* place,                  // [n + 1] of the particles
     global const float4* normal,                 // [n + 1] as the pass before left them
-    AROUND(particle, telling, neighbour, first, length),  // a lane's fit; its neighbours
+    AROUND(particle, influence, neighbour, first, length),  // a lane's fit; its neighbours
     FITTED(support, quadric, residual, weight),
     global float* turned,  // [n + 1][4] normals out
     IN_SHEET(to, toward, share, value), NARROWED(mean, noise), const FitPass by) {
@@ -358,7 +358,7 @@ kernel void fit_particles(
   if (left != 1) return;
   const floatv rest = SELECT((floatv)(-1.0f), rms, good);
   STOREI(LOADI(to + lane), at);
-  put_in_sheet(own, SELECT(none, LOADF(telling + lane), rest > 0.0f), at, wanted,
+  put_in_sheet(own, SELECT(none, LOADF(influence + lane), rest > 0.0f), at, wanted,
                by.fits, toward, share);
   scatter_float(rest, value, at, wanted);
 }
@@ -432,7 +432,7 @@ kernel void find_noise(global const float* residual,  // [fits]
 // densities are measured at the foot of each, on its surface next to its particle, and `deep` behind it.
 // Without a fit a particle is its own foot.
 kernel void measure_edges(global const float4* place, global const float4* normal,
-                          AROUND(particle, telling, neighbour, first, length),
+                          AROUND(particle, influence, neighbour, first, length),
                           MEASURED(support, quadric, kept, residual, rows),  // see above
                           IN_SHEET(to, toward, sheet_share, value),
                           global float* field_place,  // [3][2 fits] out: feet, then what is behind
@@ -491,7 +491,7 @@ kernel void measure_edges(global const float4* place, global const float4* norma
                        smooth_step(0.4f, 0.55f, spread - 2.0f * off);
   const floatv face = 0.2f * (one - roundness) * (one - smooth_step(0.1f, 0.3f, spread));
   const floatv least = larger(face, (floatv)(0.0005f)), rest = one - bevel;
-  const floatv counts = by.groups ? LOADF(telling + lane) : one;
+  const floatv counts = by.groups ? LOADF(influence + lane) : one;
   const floatv firmness = counts * larger(agreed * rest, least);
   // One that its own particles lie off lies across an edge, and may agree with others that do.
   const floatv across = 0.9f * (one - roundness) * smooth_step(0.38f, 0.55f, off * inverse_tau);

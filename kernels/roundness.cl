@@ -16,7 +16,7 @@
 // weighs u_i, a narrow one e u_i with its edge (edge_of); 0 where there is no fit.
 kernel void place_models(global const float4* place,   // [n + 1] as in fit_particles
                          global const float4* normal,  // [2][n + 1] as the trials left them
-                         AROUND(particle, telling, neighbour, first, length),
+                         AROUND(particle, influence, neighbour, first, length),
                          global const float* quadric,  // [2][10][lanes]
                          global const float* residual, // [2][lanes]
                          global float* model,          // [2][MODEL][n + 1][4] out
@@ -44,7 +44,7 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
     }
     edge = edge_of(own.u, near, agree);
   }
-  floatv counts = own.u * edge * LOADF(telling + lane);
+  floatv counts = own.u * edge * LOADF(influence + lane);
   counts = SELECT((floatv)(0.0f), counts, LOADF(residual + lane) >= 0.0f);
   int at[WIDTH];
   const intv wanted = LOADI(particle + lane) != nobody;
@@ -140,7 +140,7 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
                              global const float4* normal,  // [2][n + 1] as the trials left them
                              global const float4* model,   // [2][MODEL][n + 1] of place_models
                              global const float* weight,   // [2][n + 1]
-                             AROUND(particle, telling, neighbour, first, length),
+                             AROUND(particle, influence, neighbour, first, length),
                              IN_SHEET(to, toward, share, value), const Trial trial) {
   const int lanes = trial.lanes, fits = trial.fits, row = trial.nobody + 1;
   const float reach = trial.reach;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdlib>
 #include <functional>
 #include <map>
 #include <memory>
@@ -32,8 +31,8 @@ struct HostMemory {
 class Memory {
  public:
   Memory() = default;
-  /// The buffer; of a part one that is made when it is asked for first, by the thread that gives the
-  /// device its work. Throws cl::Error.
+  /// The buffer; of a part one that is made when it is asked for first, by the thread that gives
+  /// the device its work. Throws cl::Error.
   operator const cl::Buffer&() const;
 
   /// Where it lies, for commands that the host gives: they need no buffer for a part.

@@ -31,11 +31,11 @@ InputFile read_file(const std::string& path) {
   InputFile file{path, {}};
   const OpenFile stream = open_input(path);
   std::error_code error;
-  const auto told = std::filesystem::file_size(path, error);
+  const auto stated = std::filesystem::file_size(path, error);
   constexpr std::size_t kChunk = 1 << 20;
   std::size_t length = 0;
-  // One byte more than the file is said to have, so that the first read already meets its end.
-  file.bytes.resize(error ? kChunk : static_cast<std::size_t>(told) + 1);
+  // One byte more than the file is stated to have, so that the first read already meets its end.
+  file.bytes.resize(error ? kChunk : static_cast<std::size_t>(stated) + 1);
   for (;;) {
     length += std::fread(file.bytes.data() + length, 1, file.bytes.size() - length, stream.get());
     if (length < file.bytes.size()) break;

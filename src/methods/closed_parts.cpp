@@ -28,21 +28,21 @@ namespace {
 // the unit of length of the particles' disorder (relax.hpp).
 struct Halo {
   double fitted;     // fits
-  double tried;      // trial fits, which tell roundness
+  double tried;      // trial fits, which roundness follows from
   double particles;  // all
 };
 
 Halo halo_of(const Parameters& params, const Disorder& disorder) {
   constexpr double kRounding = 0.5;
   // Who sees the 27 cells around it filled is inside (measure_gradients()); a particle's levelled
-  // weight and its normal follow from that. Crowds are told in cubes of two radii, which must be
+  // weight and its normal follow from that. Crowds are counted in cubes of two radii, which must be
   // whole.
   constexpr double kField = 2 * kDensitySupport + 2;
   // F looks at fits as far as they reach from their feet, which lie within a radius of the surface
   // through the particle.
   const double counted = kBlendReach * params.blend.radius + 1 + std::abs(params.fit.offset);
-  // The faces at a bevel are told from fits around it. Trust is a mean over a fit's sheet, of what
-  // is told from the normals around.
+  // The faces at a bevel follow from fits around it. Trust is a mean over a fit's sheet, of what
+  // follows from the normals around.
   const double trusted = counted + kFaceReach + kTrustSheet + kEdgeReach;
   // These normals, and supports, follow from those of the pass before.
   const double fitted =

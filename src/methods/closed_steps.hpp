@@ -42,7 +42,7 @@ FluidField measure_field(Device& device, const PlacedFluid& fluid, const RegionP
 /// Which particles are fitted, and what is known of a whole frame of which these are a part; by
 /// default they are all there are.
 struct FitScope {
-  std::function<bool(const Vec3d&position)> tried, fitted;  // whose roundness is told; who is
+  std::function<bool(const Vec3d&position)> tried, fitted;  // whose roundness is measured; who is
                                                             // fitted; none: all of the surface
   std::optional<double> noise;  // see make_fits(); given: FittedFluid::rough is wanted
   double reach = 1;             // of the frame's fits, see make_implicit()

@@ -19,7 +19,7 @@ namespace meniscus {
 void close_grid(Device& device, const ImplicitFunction& function, SpaceGrid& grid);
 
 /// Corners around a box's own that are evaluated too: a corner is wanted for the sake of one beside
-/// it, so what lies farther away than there are rounds has no say.
+/// it, so what lies farther away than there are rounds changes nothing.
 inline constexpr int kRoundsAround = 8;
 
 /// What is meshed.

@@ -3,7 +3,6 @@
 #include "methods/layers.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -32,18 +31,18 @@ constexpr double kMargin = 16;
 // particle radii.
 constexpr double kCell = 2, kBand = 2;
 
-// The field tells the cells that the surface passes through, the fits where it is: that may be up
+// The field gives the cells that the surface passes through, the fits where it is: that may be up
 // to two radii away, and in a cell beside it.
 constexpr Placing kPlacing{.most_off = 2, .margin = -0.5, .quick = true};
 
 // Crossings that lie less than this behind the front (particle radii) and face the eye by more than
 // this cosine are the front itself. The mesh has nothing of cells that have no others: rays enter
-// there, and the front tells where.
+// there, and the front shows where.
 constexpr double kBehindFront = 0.75, kFacing = 0.2;
 
 // The fit of every particle of the surface is much like those beside it where the surface is flat:
-// a fit speaks for the particles within this reach (particle radii) whose normals are like its own.
-constexpr double kSpokenFor = 4;
+// a fit stands for the particles within this reach (particle radii) whose normals are like its own.
+constexpr double kStandsFor = 4;
 
 // Where normals of the field turn by less, 1 - cosine (11 degrees), the surface is flat; as far as
 // roundness goes, on the mean. Those by more than 120 degrees off are of the other side.
@@ -64,7 +63,7 @@ std::uint64_t cube_of(const Vec3d& at, double side) {
 }
 
 // The particles to fit where the front has no fits: one after the other, but for those that a
-// fitted one speaks for.
+// fitted one stands for.
 Visible choose_hidden(const KnownFluid& known, const Cells& cells) {
   const SurfaceParticles& around = known.around;
   std::vector<char> is_fitted(around.index.size());
@@ -77,7 +76,7 @@ Visible choose_hidden(const KnownFluid& known, const Cells& cells) {
     places.push_back(k);
     unfitted.push_back(around.index[k]);
   }
-  const NearLists near = list_near(known.particles, unfitted, cells, kSpokenFor);
+  const NearLists near = list_near(known.particles, unfitted, cells, kStandsFor);
   Visible hidden;
   for (std::size_t k = 0; k < unfitted.size(); ++k) {
     const Vec3d& normal = around.normal[places[k]];
@@ -93,7 +92,7 @@ Visible choose_hidden(const KnownFluid& known, const Cells& cells) {
   return hidden;
 }
 
-// What the front tells of the bends in a cube of space. A crease's fits have low edges.
+// What the front knows of the bends in a cube of space. A crease's fits have low edges.
 struct FrontBends {
   Vec3d centre;
   double round = 0, all = 0;
@@ -172,7 +171,7 @@ Visible choose_bent(const KnownFluid& known, const Cells& cells, const Visible& 
 ParticleFits fit_hidden(Device& device, const KnownFluid& known, const Parameters& params) {
   const SurfaceParticles& around = known.around;
   const Cells cells =
-      cells_of(known.particles, around.index, std::max(kSpokenFor, double{kEvidenceReach}));
+      cells_of(known.particles, around.index, std::max(kStandsFor, double{kEvidenceReach}));
   const Visible hidden = choose_hidden(known, cells);
   const FitNeighbours neighbours =
       find_neighbours(device, known.particles, hidden, around.index, params.fit.support);

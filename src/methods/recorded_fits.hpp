@@ -1,4 +1,4 @@
-// What is told of a surface from its quadrics: the fits and the faces that stand in for bevels.
+// What a surface is computed from: the fits and the faces that stand in for bevels.
 #pragma once
 
 #include <vector>

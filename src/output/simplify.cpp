@@ -25,8 +25,8 @@ constexpr double kBent = 0.985;
 constexpr double kTurned = 0.643;
 // The quality of a triangle (1: all sides equal) that is let become worse.
 constexpr double kThin = 0.05;
-// Directions in which planes say less than this share of what all say: the vertex stays between
-// the edge's ends.
+// Directions in which planes weigh less than this share of all: the vertex stays between the edge's
+// ends.
 constexpr double kLevel = 1e-3;
 // Squared lengths of edges count so far beside squared distances: of edges that cost the same, as
 // in a plane, the short ones collapse first.
@@ -63,7 +63,7 @@ struct Quadric {
   double at(const Vec3d& p) const {
     return dot(p, half_slope(p)) + x * p.x + y * p.y + z * p.z + c;
   }
-  // Where it is least, as far as its planes tell; else as near to `from` as that allows.
+  // Where it is least, as far as its planes fix it; else as near to `from` as that allows.
   Vec3d least(const Vec3d& from) const {
     const double level = kLevel * (xx + yy + zz) + 1e-30;
     const Vec3d g = half_slope(from);
@@ -190,13 +190,13 @@ struct Work {
     following[vertex] = std::exchange(first_point[triangle], vertex);
   }
 
-  Mesh full;  // positions, normals and triangles; what vertices carry is that of now
+  Mesh full;              // positions, normals and triangles; what vertices carry is that of now
   double unit, farthest;  // squared
   Vec3d middle;
   HalfEdges edges;
-  std::vector<Vec3d> at;            // [vertices]
-  std::vector<Vec3> normal;         // [vertices]
-  std::vector<Quadric> quadric;     // [vertices]
+  std::vector<Vec3d> at;             // [vertices]
+  std::vector<Vec3> normal;          // [vertices]
+  std::vector<Quadric> quadric;      // [vertices]
   std::vector<std::uint8_t> crease;  // [vertices of the full mesh]
   std::vector<std::uint32_t> stamp;  // [vertices] how often it has changed
   std::vector<std::uint32_t> tile;   // [vertices] of simplify_in_tiles()
@@ -220,7 +220,8 @@ Work::Work(Mesh mesh, double tolerance, double in_units)
       following(at.size(), kNone) {
   Vec3d low(full.position[0]), high = low;
   for (const Vec3& p : full.position) {
-    low = {std::min(low.x, double{p.x}), std::min(low.y, double{p.y}), std::min(low.z, double{p.z})};
+    low = {std::min(low.x, double{p.x}), std::min(low.y, double{p.y}),
+           std::min(low.z, double{p.z})};
     high = {std::max(high.x, double{p.x}), std::max(high.y, double{p.y}),
             std::max(high.z, double{p.z})};
   }
@@ -288,8 +289,8 @@ class Tile {
     const double off = planes.at(meeting(planes, a, b));
     if (off > work_.farthest * planes.weight) return false;
     const Vec3d along = work_.at[b] - work_.at[a];
-    heap_.push_back({off + kShort * dot(along, along) * planes.weight, a, b,
-                     work_.stamp[a] + work_.stamp[b]});
+    heap_.push_back(
+        {off + kShort * dot(along, along) * planes.weight, a, b, work_.stamp[a] + work_.stamp[b]});
     return true;
   }
 
@@ -304,7 +305,8 @@ class Tile {
     n_ = normalized(mixed(work_.normal[a], work_.normal[b]), Vec3d(work_.normal[a]));
     if (!find_sides()) return false;
     find_points();
-    return std::all_of(points_.begin(), points_.end(), [&](Point& point) { return is_near(point); });
+    return std::all_of(points_.begin(), points_.end(),
+                       [&](Point& point) { return is_near(point); });
   }
 
   // Whether all neighbours of the edge's ends are the tile's, and the ends have none in common but
@@ -419,8 +421,7 @@ class Tile {
     const auto forget = [&](std::uint32_t h) { work_.first_point[h / 3] = kNone; };
     work_.edges.around(a_, forget);
     work_.edges.around(b_, forget);
-    for (const Point& point : points_)
-      work_.add_point(point.vertex, sides_[point.side].triangle);
+    for (const Point& point : points_) work_.add_point(point.vertex, sides_[point.side].triangle);
     std::uint32_t between = kNone;
     work_.edges.around(a_, [&](std::uint32_t h) {
       if (work_.edges.end(h) == b_) between = h;
@@ -459,7 +460,8 @@ void simplify_in_tiles(Work& work, double moved) {
   constexpr std::int64_t kMost = std::int64_t{1} << 20;
   const auto cube = [&](double x) {
     return static_cast<std::uint64_t>(
-        std::clamp(static_cast<std::int64_t>(std::floor(x / kTileSide + moved)), -kMost, kMost - 1) +
+        std::clamp(static_cast<std::int64_t>(std::floor(x / kTileSide + moved)), -kMost,
+                   kMost - 1) +
         kMost);
   };
   std::vector<std::pair<std::uint64_t, std::uint32_t>> of_tiles;

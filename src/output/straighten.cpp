@@ -26,7 +26,7 @@ constexpr double kSmooth = 0.15, kSharp = 0.35;
 // In how many rings of vertices something flat is looked for, and how far beside an edge triangles
 // are filtered.
 constexpr int kFlatRings = 3, kSharpRings = 2;
-// Normals farther apart than this (the length of the difference) have no say in each other.
+// Normals farther apart than this (the length of the difference) do not count for each other.
 constexpr double kAlike = 0.8;
 // What a guide costs that is turned away from a triangle's own normal by 90 degrees, beside how
 // much less than 1 the mean of its normals is long. Without it faces beside a corner, which have

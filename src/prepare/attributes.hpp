@@ -15,7 +15,7 @@
 
 namespace meniscus {
 
-/// What a particle has whose attribute cannot be used: the others around it speak for it.
+/// Of a particle whose own attribute cannot be used: it gets the mean of those around it.
 inline constexpr float kNoValue = std::numeric_limits<float>::quiet_NaN();
 
 class ValueCheck : public UsableCheck {

@@ -63,7 +63,7 @@ void send_back(Team& team, const PickedParticles& picked, const std::vector<floa
 EvenedPlaces even_out_in_parts(const Filling& filling, const ParticleSource& source,
                                const PartedFrame& frame, const Disorder& disorder, double block,
                                std::vector<PartTally>& tallies) {
-  // Crowds are told in cubes of two radii, which must be whole.
+  // Crowds are counted in cubes of two radii, which must be whole.
   const double around = relax_influence(disorder) * disorder.unit() + 2.5;
   Team& team = source.team();
   const auto processes = static_cast<std::size_t>(team.size());

@@ -73,7 +73,7 @@ void check_values(const std::vector<std::size_t>& order, const Parameters& param
   }
 }
 
-/// What some particles tell, whose radii all are > 0.
+/// What is known of some particles, whose radii all are > 0.
 RadiusClues clues_of(const BorrowedParticles& particles, const std::vector<std::size_t>& order) {
   RadiusClues clues{.stated = particles.particle_radius};
   if (particles.radius.empty() || order.empty()) return clues;

@@ -177,7 +177,7 @@ Particles pick_evened(const ParticleSource& source, const PartedFrame& frame,
   return exchanged(source.team(), kept).particles;
 }
 
-// Marks what cannot be used, which has been told before.
+// Marks what cannot be used, which has been notices before.
 void check_values(WorldParticles& world) {
   VelocityCheck velocities;
   for (Vec3& velocity : world.velocity) velocity = velocities.checked(velocity, 0);
@@ -215,9 +215,9 @@ PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, d
                        checks.look_at(chunk, i);
                      }
                    });
-  const std::size_t told = filling.notices.size();
+  const std::size_t notices_before = filling.notices.size();
   checks.report(source, params, filling.notices);
-  frame.all_known = filling.notices.size() == told;
+  frame.all_known = filling.notices.size() == notices_before;
   std::map<std::array<std::int32_t, 3>, std::int64_t> all;
   for (const CubeCounts::Cube& cube : team.joined(counter.cubes())) all[cube.at] += cube.count;
   for (const auto& [at, count] : all) frame.counts.cubes.push_back({at, count});
@@ -252,18 +252,18 @@ std::vector<std::size_t> order_of_part(const PartedFrame& frame, const Particles
     return owns_all ||
            own.holds(eye_from_world(frame.view, {particles.x[i], particles.y[i], particles.z[i]}));
   };
-  std::vector<Notice> told;
-  std::vector<std::size_t> order = canonical_order(particles, {}, told);
+  std::vector<Notice> notices;
+  std::vector<std::size_t> order = canonical_order(particles, {}, notices);
   for (std::size_t k = 0; k < order.size(); ++k) {
     if (!is_own(order[k])) continue;
     ++tally.had;
     if (k > 0 && at_one_position(particles, order[k - 1], order[k])) ++tally.copies;
   }
-  told.clear();
-  order = without_crowds(particles, std::move(order), frame.radius, told);
+  notices.clear();
+  order = without_crowds(particles, std::move(order), frame.radius, notices);
   tally.dropped =
       tally.had - static_cast<std::int64_t>(std::count_if(order.begin(), order.end(), is_own));
-  for (const Notice& notice : told) {
+  for (const Notice& notice : notices) {
     if (notice.code == Code::crowded && tally.dropped > 0) tally.largest = notice.found;
     if (notice.code == Code::radius_too_large) tally.too_large = notice.found / notice.wanted;
     if (notice.code == Code::radius_too_small) tally.too_small = notice.wanted / notice.found;

@@ -37,7 +37,7 @@ std::vector<Place> spread_over(std::vector<Place> sample) {
 }
 
 // The cells of side kRelaxReach around some places. They hold all that these see, and whole cubes
-// of those in which crowds are told.
+// of those in which crowds are counted.
 class CellsAround {
  public:
   CellsAround(const std::vector<Place>& places, double radius)

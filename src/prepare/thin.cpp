@@ -22,7 +22,7 @@ struct FieldAt {
 };
 
 // The density field of point masses at each of them (positions in radii of the representatives; a
-// mass of 1 fills a cube of two radii; one of 0 asks alone).
+// mass of 1 fills a cube of two radii; one of 0 adds nothing).
 FieldAt measure_field(Device& device, const std::vector<Vec3d>& masses,
                       const std::vector<float>& mass) {
   const std::size_t n = masses.size();
@@ -152,7 +152,7 @@ class Representatives {
   enum class Made : std::uint8_t { nothing, drop, seen, behind };
 
   // Density below which a representative may be loose: what a drop of .4 S^3 has at its centre, and
-  // a sheet a fifth of S thick. Sheets are told by their neighbours, of which so many are as
+  // a sheet a fifth of S thick. Sheets are recognised by their neighbours, of which so many are as
   // sparse, and by half of what one layer of particles has at least, .7 s / S.
   static constexpr double kLoose = 0.12, kSparse = 0.3, kLayer = 0.35;
   static constexpr int kSheet = 4;
@@ -160,7 +160,7 @@ class Representatives {
   // deeper than .4 S in the fluid. In S.
   static constexpr double kApart = 0.65, kBehind = 0.75, kInside = 0.8;
   static constexpr double kSurface = 0.7, kSteep = 0.2;  // of means of the surface: S; 1 / S
-  static constexpr double kFlat = 0.05;  // a gradient that tells no direction, 1 / S
+  static constexpr double kFlat = 0.05;                  // a gradient without a direction, 1 / S
 
   bool is_seen(std::size_t v) const { return voxels_[v].seen > 0; }
   // Where a voxel's point, the mean of its fronts, stands behind the means.

@@ -13,7 +13,7 @@
 
 namespace meniscus {
 
-/// What a particle has whose velocity cannot be used: the others around it speak for it.
+/// Of a particle whose own velocity cannot be used: it gets the mean of those around it.
 inline constexpr Vec3 kNoVelocity{std::numeric_limits<float>::quiet_NaN(),
                                   std::numeric_limits<float>::quiet_NaN(),
                                   std::numeric_limits<float>::quiet_NaN()};

@@ -28,11 +28,11 @@ struct CrossedEdges {
   std::size_t size() const { return block.size(); }
 };
 
-/// The edges of a grid whose surface is closed, in order. Where they cross it is not said yet.
+/// The edges of a grid whose surface is closed, in order. Where they cross it is not known yet.
 /// Throws InvalidArgument where there are more than the program can hold.
 CrossedEdges list_crossings(const SpaceGrid& grid);
 
-/// Where they cross the surface if F is linear along them. Normals are not said.
+/// Where they cross the surface if F is linear along them. Normals are left empty.
 void guess_crossings(const SpaceGrid& grid, CrossedEdges& edges);
 
 /// The outward normal at a crossing, by F at the corners around its edge.

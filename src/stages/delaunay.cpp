@@ -263,7 +263,7 @@ Triangles triangles_by_strips(const std::vector<ScreenPoint>& points, std::size_
            (strip + 1 == strips || to <= bounds[strip] + margin);
   };
   std::vector<Triangles> of_strip(strips);
-  std::vector<char> open(points.size(), 0);  // whether there may be triangles that no strip tells
+  std::vector<char> open(points.size(), 0);  // whether there may be triangles that no strip finds
   parallel_for(strips, 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t strip = first; strip < last; ++strip) {
       std::vector<std::int32_t> index;

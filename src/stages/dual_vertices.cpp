@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kGrain = 64;  // blocks that are worth a thread
 
-// Of Placing::quick: a direction of which the planes of a vertex tell less than this share counts
+// Of Placing::quick: a direction that the planes of a vertex fix by less than this share counts
 // hardly. With a quarter of it vertices of drops follow noise. With as much, but damped once, they
 // stay so far inside edges that twice as many rays beside these miss the mesh.
 constexpr double kDamping = 0.02;
@@ -46,7 +46,7 @@ Piece find_piece(const SpaceGrid& grid, const CrossedEdges& edges, const Surface
   return piece;
 }
 
-// Whether its unit normals have one direction, as nearest_in_box() tells it: along their mean the
+// Whether its unit normals have one direction, as nearest_in_box() finds it: along their mean the
 // sum of their squares is at least |sum|^2 / count, and the rest of the count lies across.
 bool is_one_sheet(const Piece& piece, double flat) {
   const auto n = static_cast<double>(piece.count);

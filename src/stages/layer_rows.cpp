@@ -95,7 +95,7 @@ std::uint32_t fill_once(const View& view, const RowPart& part, const BandCrossin
 }
 
 #ifdef MENISCUS_X86
-// Whether what its pixels are told from fits in 32 bits.
+// Whether what its pixels are computed from fits in 32 bits.
 bool is_small(const FaceRows& face) {
   bool fits = true;
   for (std::size_t s = 0; s < 3; ++s)

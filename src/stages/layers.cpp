@@ -43,7 +43,7 @@ struct ScreenCorner {
   float inverse_w = 0;
   Vec3d normal;  // world axes
   bool usable = false;
-  bool shown = false;  // not farther behind the front of its pixel than entries that tell nothing
+  bool shown = false;  // not farther behind the front of its pixel than entries that do not count
 };
 
 // A triangle that rays may meet. Its inside is to the right of its edges; the k-th lies opposite

@@ -4,7 +4,7 @@
 // The mesh is drawn as it is: its vertices at 4096ths of a pixel, so that whether a triangle covers
 // a pixel's centre is decided in whole numbers, and triangles that share an edge never both cover
 // it nor both leave it out. So a ray leaves a closed mesh as often as it enters it, and intervals
-// between the two are told by counting; what it leaves more often, it entered at the front.
+// between the two are found by counting; what it leaves more often, it entered at the front.
 //
 // The front is right about where there is fluid first: the first interval begins there. What the
 // mesh has before the front is left out, what it has behind a pixel without a front, too. Where the

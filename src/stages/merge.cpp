@@ -134,8 +134,8 @@ std::vector<Member> members_of(const View& view, const Projected& projected, con
       const Vec3d& n = around.normal[p];
       const float rank =
           static_cast<float>(rank_of(world_direction(view, projected.eye(i) - view.shift)));
-      const float takes =
-          rim.telling(k) * static_cast<float>(smooth_step(kOpenFrom, kOpenTo, around.weight[p]));
+      const float takes = rim.influence_of(k) *
+                          static_cast<float>(smooth_step(kOpenFrom, kOpenTo, around.weight[p]));
       members[p] = {projected.x[i],
                     projected.y[i],
                     projected.z[i],
@@ -317,8 +317,8 @@ MergedGroups merge_particles(const View& view, const Projected& projected, const
   const std::vector<float> left = merge_until_settled(members, place, surroundings);
   MergedGroups groups;
   for (std::size_t k = 0; k < place.size(); ++k) {
-    const float tells = rim.telling(k) * (left[k] - kGone) / (1 - kGone);
-    if (!(tells > 0)) continue;
+    const float influence = rim.influence_of(k) * (left[k] - kGone) / (1 - kGone);
+    if (!(influence > 0)) continue;
     // A group is seen as far as its members are.
     double owned = rim.owned[k];
     const Member& seed = members[static_cast<std::size_t>(place[k])];
@@ -337,7 +337,7 @@ MergedGroups merge_particles(const View& view, const Projected& projected, const
       }
     groups.seed.index.push_back(rim.index[k]);
     groups.seed.owned.push_back(static_cast<float>(owned));
-    groups.seed.tells.push_back(tells);
+    groups.seed.influence.push_back(influence);
     groups.extent.push_back(surroundings.extent[k]);
   }
   return groups;

@@ -18,7 +18,7 @@ namespace meniscus {
 /// its members in.
 struct MergedGroups {
   /// Places in Projected, ascending; owned: the most that a member owns, or kFullyVisible or more;
-  /// tells: how far it is a group of its own, (0, 1], times what its seed tells.
+  /// influence: how far it is a group of its own, (0, 1], times its seed's own.
   Visible seed;
   std::vector<double> extent;  // [groups] radius within which it takes in members, particle radii
 };
@@ -30,9 +30,9 @@ struct MergedGroups {
 ///          (1 - smoothstep(.9, 1.4, h_ij)) smoothstep(.5, .8, u_j) c_j
 ///          smoothstep(-.02, .02, a_j - a_i)
 ///
-/// with h the distance along the mean of both normals, c what j tells (Visible::tells), a the rank
-/// that the place in the world gives a particle, and R_ij = min(R_i, R_j): params.reach where the
-/// surface is calm, down to params.least_reach where it bends or breaks,
+/// with h the distance along the mean of both normals, c the influence of j (Visible::influence), a
+/// the rank that the place in the world gives a particle, and R_ij = min(R_i, R_j): params.reach
+/// where the surface is calm, down to params.least_reach where it bends or breaks,
 ///
 ///   R_i = least_reach + (reach - least_reach) (1 - smoothstep(.003, .03, b_i)),
 ///

@@ -31,13 +31,13 @@ inline Range disc_items(int count, int width) {
   return {static_cast<std::size_t>(count) * (width == 1 ? kShares : 1)};
 }
 
-/// Launches a kernel of minima.cl that draws what `outlines` says.
+/// Launches a kernel of minima.cl that draws the discs of `outlines`.
 ///
 ///   records  of the discs, spheres or triangles
 ///   bound    [bins] those with a greater key are left out of a bin
 ///   maps     what the kernel reads and lowers
 ///   samples  a lattice of the grid, or a screen
-///   more     what it is told after them
+///   more     its arguments after them
 template <class... Maps, class... More>
 void draw_minima(Device& device, const auto& kernel, const Buffer<float>& records,
                  const Outlines& outlines, const Buffer<float>& bound, const SampleGrid& grid,

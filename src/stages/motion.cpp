@@ -60,7 +60,7 @@ std::vector<Vec3> motion_far_off(const MovingParticles& moving, const std::vecto
   return result;
 }
 
-// What the kernels say of points that they leave to the host.
+// What kernels write for points that they leave to the host.
 bool is_far(const Vec3& motion) { return std::isinf(motion.x); }
 
 // Takes what the kernel stored at `points` of `wanted` and settles the rest.

@@ -12,7 +12,7 @@
 //   group of fewer than eight particles gets a plane.
 // - Fewer than three neighbours within 3.2 particle radii make a splash particle (end of 3); so
 //   does belonging to no group.
-// What Eqs. 3 to 7 leave open is said in paper.cl.
+// paper.cl decides what Eqs. 3 to 7 leave open.
 #pragma once
 
 #include <vector>

@@ -422,12 +422,12 @@ FitNeighbours upload_neighbours(Device& device, const Projected& projected, cons
     FitLists lists = joined(part, static_cast<cl_int>(around.size()), arrays.data<2>());
     std::copy(lists.particle.begin(), lists.particle.end(), arrays.data<0>());
     std::ranges::transform(lists.fit, arrays.data<1>(), [&](std::int32_t fit) {
-      return fit < 0 ? 0 : centre.telling(static_cast<std::size_t>(fit));
+      return fit < 0 ? 0 : centre.influence_of(static_cast<std::size_t>(fit));
     });
     std::copy(lists.first.begin(), lists.first.end(), arrays.data<3>());
     std::copy(lists.length.begin(), lists.length.end(), arrays.data<4>());
-    auto [particle, telling, neighbour, first, length] = arrays.done();
-    neighbours.parts.push_back({std::move(lists), particle, telling, neighbour, first, length});
+    auto [particle, influence, neighbour, first, length] = arrays.done();
+    neighbours.parts.push_back({std::move(lists), particle, influence, neighbour, first, length});
   });
   neighbours.sheet = upload_lane_cells(device, projected, centre.index, neighbours);
   return neighbours;

@@ -27,7 +27,7 @@ struct ParticleFits {
   std::vector<double> firmness;   // [n] as e, within a narrower angle: for its trust, (0, 1]
   std::vector<double> spread;  // [n] RMS distance of the surroundings from the fit, particle radii
   std::vector<double> supporters;  // [n] neighbours within the full support, each by its u
-  // [n] what trust is told from, see measure_surroundings(): densities at the feet and behind them,
+  // [n] what trust follows from, see measure_surroundings(): densities at the feet and behind them,
   // spread; empty: not measured.
   std::vector<float> dense, deep, apart;
   std::vector<Vec3d> foot;                     // [n] the fit's surface near the particle, eye space
@@ -49,7 +49,7 @@ QuadricLevel level_at(const std::array<float, 10>& quadric, const Vec3d& place);
 /// Over which fits residuals are averaged, particle radii.
 inline constexpr float kResidualReach = 6;
 
-/// What residual noise alone explains, particle radii, told from the residuals of all fits of a
+/// What residual noise alone explains, particle radii, from the residuals of all fits of a
 /// frame before the last pass; those that are not above 0 do not count: 1.5 times their 5th
 /// percentile, at least .14. Kernel find_noise does the same.
 double noise_of(std::vector<float> residual);
@@ -133,7 +133,7 @@ struct FitNeighbours {
   struct Part {
     FitLists lists;  // but for the neighbours
     Buffer<cl_int> particle;
-    Buffer<float> telling;  // [lanes] Visible::tells of the fit
+    Buffer<float> influence;  // [lanes] Visible::influence of the fit
     Buffer<cl_int> neighbour, first, length;
   };
   std::vector<Part> parts;
@@ -169,7 +169,7 @@ FitSurface upload_surface(Device& device, const Projected& projected,
 /// Rows of what is measured of fits (kernel measure_edges).
 inline constexpr std::size_t kFitRows = 9;
 
-/// Values that trust is told from (trust.hpp).
+/// Values that trust follows from (trust.hpp).
 inline constexpr std::size_t kSurroundings = 3;
 
 /// The fits of one part's lanes on the device, in one or several trials that are made together.
@@ -192,14 +192,14 @@ struct FitLanes {
 /// Which of how many passes is made.
 struct FitPass {
   int done, left;       // passes before and after it
-  bool groups = false;  // fits of groups: not firm; e and firmness count as far as each tells
+  bool groups = false;  // fits of groups: not firm; e and firmness times the influence of each
   Buffer<float>
       noise{};  // [1] what supports are narrowed by, with the sheet's means; empty: are not
 };
 
-/// What kernels say of the fits of lanes, in a sheet in which it is averaged. One command reads it:
-/// normals [3][n], shares [n], values and their means [values][n], all in bucket order. Values are
-/// one or three.
+/// What kernels measure of the fits of lanes, in a sheet in which it is averaged. One command reads
+/// it: normals [3][n], shares [n], values and their means [values][n], all in bucket order. Values
+/// are one or three.
 struct LaneSheet {
   LaneSheet(Device& device, const LaneCells& cells, int values);
   int fits() const { return static_cast<int>(cells->host.item.size()); }
@@ -239,10 +239,10 @@ struct DeviceFits {
   const FitNeighbours* neighbours = nullptr;
   Buffer<float> rough;              // residuals before the last pass, [fits] in bucket order;
                                     // empty: no supports are narrowed by them
-  std::optional<LaneSheet> around;  // what their trust is told from, but for the densities
+  std::optional<LaneSheet> around;  // what their trust follows from, but for the densities
   Buffer<float> feet;               // [3][2 fits] where these are measured
   double offset = 0;                // FitParams::offset
-  bool knows_surroundings = false;  // whether the first part's means are what trust is told from
+  bool knows_surroundings = false;  // whether the first part's means are what trust follows from
   ParticleFits known;               // what the host knows of the fits before it has them
 };
 
@@ -252,8 +252,8 @@ struct DeviceFits {
 ///
 ///   rho = support min(1, max(least_support, (max(.14, 1.5 r_05) / r)^2))
 ///
-/// with r the mean residual of the fits on the same sheet within six radii, as far as they tell
-/// (Visible::tells), particle radii, and r_05 the 5th percentile of all residuals, which noise
+/// with r the mean residual of the fits on the same sheet within six radii by their influence
+/// (Visible::influence), particle radii, and r_05 the 5th percentile of all residuals, which noise
 /// alone explains.
 ///
 ///   seen        particles to fit, ascending

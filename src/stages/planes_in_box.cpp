@@ -8,7 +8,7 @@
 namespace meniscus {
 namespace {
 
-// What planes say of the other coordinates where these ones of x are fixed.
+// Planes in the other coordinates, where these ones of x are fixed.
 Planes with_fixed(const Planes& planes, const std::array<bool, 3>& fixed,
                   const Eigen::Vector3d& x) {
   Planes rest = planes;
@@ -61,7 +61,7 @@ Eigen::Vector3d nearest_in_box(const Planes& planes, const Eigen::Vector3d& low,
 }
 
 // The second round takes back most of what the first one falls short by: with a damping of .02 it
-// leaves .3 % where a third of the planes tells of a direction.
+// leaves .3 % where a third of the planes fixes a direction.
 Eigen::Vector3d nearest_damped(const Planes& planes, double damping) {
   const Eigen::Matrix3d inverse =
       (planes.normals + damping * planes.normals.trace() * Eigen::Matrix3d::Identity()).inverse();

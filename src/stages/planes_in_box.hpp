@@ -21,7 +21,7 @@ Eigen::Vector3d nearest_in_box(const Planes& planes, const Eigen::Vector3d& low,
                                double flat, int* rank);
 
 /// About the same without a box and without eigenvalues (Tikhonov's damping): x is short in
-/// directions of which the planes tell less than `damping` of all.
+/// directions that the planes fix by less than `damping` of all.
 Eigen::Vector3d nearest_damped(const Planes& planes, double damping);
 
 }  // namespace meniscus

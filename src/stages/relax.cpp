@@ -19,7 +19,7 @@
 namespace meniscus {
 namespace {
 
-constexpr std::size_t kFewest = 64;  // particles that tell
+constexpr std::size_t kFewest = 64;  // particles; fewer tell nothing
 // Variations of the distances and of the density, from those of SPH to those of one particle
 // anywhere in each cube of a lattice.
 constexpr double kEvenDistances = 0.065, kUnevenDistances = 0.265;

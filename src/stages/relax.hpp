@@ -84,8 +84,8 @@ Disorder find_disorder(const Projected& particles, const Cells& cells, const Par
 ///   wanted  those elsewhere end up anywhere, and cost less the farther away they are
 void relax(Projected& particles, double spacing, double disorder, const SpaceBox& wanted = {});
 
-/// Who lies farther away has no say in where even_out() puts a particle; in the disorder's unit of
-/// length.
+/// What lies farther away does not change where even_out() puts a particle; in the disorder's unit
+/// of length.
 double relax_influence(const Disorder& disorder);
 
 /// Relaxes particles as far as their disorder says, where there is any; they are in its unit of

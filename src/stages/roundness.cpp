@@ -20,8 +20,9 @@ static_assert(kEvidenceSheet <= kRidgeReach && kRidgeReach <= kResidualReach);
 // disorder up to 1 (the more there is, the more it was evened out).
 constexpr double kOfDisorder = 0.045;
 
-// How far disorders of 1 and 2 raise scores. Noise hides what tells a sharp edge from a round one.
-// Where it does, an edge that is told wrong is better round than in pieces.
+// How far disorders of 1 and 2 raise scores. Noise hides the difference between a sharp edge and a
+// round one. Where it does, an edge that is taken for the other kind is better round than in
+// pieces.
 constexpr double kRounder = 0.6, kRoundest = 1.3;
 
 // What is found of the evidence, in the sheet of the wide fits: one quadric, two sheets, bend, and
@@ -38,7 +39,7 @@ void compare_trials(Device& device, const FitSurface& surface, const FitNeighbou
   std::vector<FitLanes> parts;
   for (const FitNeighbours::Part& part : neighbours.parts)
     parts.emplace_back(device, part, kTrials);
-  // Two passes are to come as far as the kernel is told: residuals and weights are not wanted.
+  // With two passes to come the kernel writes neither residuals nor weights.
   for (std::size_t part = 0; part < parts.size(); ++part)
     fit_lanes(device, surface, parts[part], sheet, part, surface.normal, surface.tried, {0, 2},
               params);

@@ -18,7 +18,7 @@ inline constexpr float kEvidenceSheet = 5;
 /// Over which fits normals are averaged to that of a ridge, particle radii.
 inline constexpr float kRidgeReach = 6;
 
-/// Whose trial fits tell of a particle, and over which fits the bent places' scores are averaged,
+/// Whose trial fits count for a particle, and over which fits the bent places' scores are averaged,
 /// particle radii.
 inline constexpr float kEvidenceReach = 4.5f, kBentSheet = 36;
 
@@ -48,14 +48,14 @@ struct Evidence {
   std::vector<float> bend;    // [n] 1 - n.n' of the wide fits
   std::vector<float> apart;   // [n] 1 - n.n' of the particle's own two trials
   std::vector<Vec3d> normal;  // [n] unit, of the wide fits
-  std::vector<float> share;   // [n] u, as far as it tells (Visible::tells); 0 without a wide fit
+  std::vector<float> share;   // [n] u times Visible::influence; 0 without a wide fit
 };
 
 /// Makes the trial fits and compares them (kernel measure_evidence). Waits.
 Evidence measure_evidence(Device& device, const FitSurface& surface, const TrialPlaces& trials,
                           const FitParams& params, const BlendParams& blend);
 
-/// Makes and compares the trial fits, and scores what they say: with the means of the evidence over
+/// Makes and compares the trial fits, and scores them: with the means of the evidence over
 /// the sheet within 5,
 ///
 ///   score = 2 ln(two + 1.5 apart + .02) - 4 ln(one + .002) + 1.5 ln(min(bend, B) + .002)

@@ -32,7 +32,7 @@ struct Canvas {
   FitTiles tiles;
 };
 
-// A layer at listed samples: what the fits say, or the field where they are not trusted.
+// A layer at listed samples: the blended fits, or the field where they are not trusted.
 void show_layer(const Canvas& canvas, const SampleLists& lists, const Buffer<float>& reference) {
   const Sampler& s = canvas.of;
   canvas.clock.start("blend");
@@ -59,7 +59,8 @@ int coarsest_lattice(const Sampler& sampler, const SampleGrid& grid) {
   return every;
 }
 
-// The front layer: a coarse lattice, then what lies between its samples and is not told by them.
+// The front layer: a coarse lattice, then what lies between its samples and does not follow from
+// them.
 void sample_front(const Canvas& canvas, int coarsest, const ListedBlocks& listed) {
   const Sampler& s = canvas.of;
   const auto& [front, occupied] = canvas.on.fronts;

@@ -15,7 +15,7 @@
 
 namespace meniscus {
 
-/// All that a sample of the surface is told from; nothing changes it.
+/// All that a sample of the surface is computed from; nothing changes it.
 struct Sampler {
   Device& device;
   const View& view;
@@ -49,8 +49,8 @@ Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& s
                        const KeptTriangles& triangles, const SplatParticles& splash,
                        const SampleGrid& grid, double least_radius, const Parameters& params);
 
-/// The surface at the samples of a grid where fronts or splash ask for it: first those of a
-/// coarse lattice, then those between that these do not tell; samples whose nearest layer ends
+/// The surface at the samples of a grid where fronts or splash are: first those of a
+/// coarse lattice, then those between that these do not give; samples whose nearest layer ends
 /// before them look again behind it. Does not wait on devices that draw by minima.
 ///
 ///   backdrop  of the grid, drawn for this alone

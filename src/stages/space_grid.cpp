@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <mutex>
 
 #include "base/key_table.hpp"
@@ -34,7 +33,7 @@ std::int32_t find_block(const SpaceGrid& grid, std::uint64_t key) {
 }
 
 // Finds who is around the blocks from the first one on, which are new. Of two new blocks the one
-// that comes behind the other, z, y, x, looks for it, and both learn of each other.
+// that comes behind the other, z, y, x, looks for it, and both note each other.
 void find_around(SpaceGrid& grid, std::size_t first) {
   constexpr int kSelf = 13;
   std::array<std::int32_t, 27> nobody;

@@ -135,7 +135,7 @@ double farthest_point(double reach, double cell);
 SpaceGrid grid_around(const Points& points, double reach, double cell,
                       const CornerBox& within = {});
 
-/// Fills in the corners that are wanted and not known, block by block: `value_at` is told about a
+/// Fills in the corners that are wanted and not known, block by block: `value_at` is given a
 /// million points at a time and returns F at each. Those of a block begin at a multiple of
 /// `together` (points_together()).
 void fill_corners(SpaceGrid& grid, std::size_t together,

@@ -11,7 +11,7 @@ namespace meniscus {
 namespace {
 
 constexpr double kLeastVisibility = 1e-4;  // v of a particle that is barely seen
-constexpr double kSureSlope = 0.35;        // 1/s, of a field that tells normals by itself
+constexpr double kSureSlope = 0.35;        // 1/s, of a field whose slope alone gives normals
 
 }  // namespace
 
@@ -212,7 +212,7 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
   for (const float owned : seen.owned)
     seen_as.push_back(static_cast<float>(smooth_step(kLeastFitted, kFullyVisible, owned)));
   const std::size_t n = around.index.size();
-  std::vector<float> tells(n, -1.0f);  // negative: of no seen one
+  std::vector<float> influence(n, -1.0f);  // negative: of no seen one
   NearFinder* const find = near_finders()[0];
   constexpr std::size_t kGrain = 512;  // particles that are worth a thread
   parallel_for(n, kGrain, [&](std::size_t begin, std::size_t end) {
@@ -222,8 +222,8 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
       const std::int32_t i = around.index[k];
       while (next != seen.index.end() && *next < i) ++next;
       const bool is_seen = next != seen.index.end() && *next == i;
-      if (is_seen) tells[k] = seen_as[static_cast<std::size_t>(next - seen.index.begin())];
-      if (tells[k] >= 1 || (!is_seen && around.weight[k] < kLeastSurface)) continue;
+      if (is_seen) influence[k] = seen_as[static_cast<std::size_t>(next - seen.index.begin())];
+      if (influence[k] >= 1 || (!is_seen && around.weight[k] < kLeastSurface)) continue;
       const Vec3d own = projected.eye(static_cast<std::size_t>(i));
       const std::array at{projected.x[i], projected.y[i], projected.z[i]};
       visit_ranges_near(
@@ -236,13 +236,13 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
                 find(cells, first, last, tag, at, within * within, found.data());
             for (const std::int32_t other : std::span(found).first(near)) {
               const std::size_t s = static_cast<std::size_t>(other);
-              if (!(seen_as[s] > tells[k])) continue;
+              if (!(seen_as[s] > influence[k])) continue;
               const double distance =
                   length(projected.eye(static_cast<std::size_t>(seen.index[s])) - own);
               const double fades = smooth_step(reach - kRimFade, reach, distance);
-              tells[k] = std::max(tells[k], seen_as[s] * static_cast<float>(1 - fades));
+              influence[k] = std::max(influence[k], seen_as[s] * static_cast<float>(1 - fades));
             }
-            return tells[k] < 1;
+            return influence[k] < 1;
           },
           kNearRowsFirst);
     }
@@ -251,11 +251,11 @@ Visible with_rim(const Projected& projected, const Visible& seen, const FieldSur
   std::size_t next = 0;
   for (std::size_t k = 0; k < n; ++k) {
     const std::int32_t i = around.index[k];
-    if (tells[k] < 0) continue;
+    if (influence[k] < 0) continue;
     const bool is_seen = next < seen.index.size() && seen.index[next] == i;
     result.index.push_back(i);
     result.owned.push_back(is_seen ? seen.owned[next++] : 0);
-    result.tells.push_back(tells[k]);
+    result.influence.push_back(influence[k]);
   }
   return result;
 }

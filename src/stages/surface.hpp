@@ -2,7 +2,7 @@
 //
 // Departs from the paper, which fits the visible particles alone (2.1, 2.3): on grazing and hidden
 // slopes too few of them are seen, their normals come from slivers of triangles, and every step of
-// the camera changes which they are. The density field's gradient tells the surface's particles and
+// the camera changes which they are. The density field's gradient gives the surface's particles and
 // their normals from any direction (docs/method.md).
 #pragma once
 
@@ -88,7 +88,7 @@ SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& nor
 /// for a disorder of 1 (relax.hpp) smoothstep(.3, .5), for one of 2 smoothstep(.38, .58), because
 /// the field of irregular particles has steeper slopes inside, 0 inside the fluid, 1 on a face
 /// (|grad C| = .51, C = .85) and in a single layer (0, .70). Hidden particles with u below .01, or
-/// whose normal the field does not tell (|grad C| below .1), are left out.
+/// whose normal the field does not give (|grad C| below .1), are left out.
 ///
 ///   cells      of all projected particles, side kDensitySupport
 ///   gradients  [4][n] of measure_gradients over these cells
@@ -106,9 +106,9 @@ SurfaceParticles with_normals(FieldSurface surface, const Visible& seen,
                               const std::vector<Vec3d>& normals);
 
 /// The particles to fit: the seen ones and, with an owned share of 0, those of the surface (u at
-/// least 1/2) within `reach` particle radii of one, which tell where the fluid turns away from the
-/// camera. A hidden one comes in as soon as one near it is seen, so what it tells its neighbours
-/// (Visible::tells) fades:
+/// least 1/2) within `reach` particle radii of one, which show where the fluid turns away from the
+/// camera. A hidden one comes in as soon as one near it is seen, so its influence on its neighbours
+/// (Visible::influence) fades:
 ///   max over the seen ones of smoothstep(kLeastFitted, kFullyVisible, owned)
 ///                           * (1 - smoothstep(reach - kRimFade, reach, distance)).
 Visible with_rim(const Projected& projected, const Visible& seen, const FieldSurface& surface,

@@ -60,7 +60,7 @@ bool is_pit(const View& view, const Triangulation& mesh, std::size_t v,
   }
   // Nor farther than this from the plane that fits best, whose normal is the main axis of the
   // spread's adjugate A: (d.n)^2 <= d.Ad / (largest eigenvalue), which is at least tr(A^2) / tr(A).
-  // Most are told without the axes.
+  // Most are decided without the axes.
   Eigen::Matrix3d adjugate;
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;

@@ -1,4 +1,4 @@
-// trust: which fits speak for the fluid (paper, end of 3).
+// trust: which fits are the fluid's surface (paper, end of 3).
 //
 // The paper fits only where there are particles enough. A particle in a spray has neighbours enough
 // for ten coefficients, but its quadric is a petal in the air. Three measures tell them apart: how
@@ -15,10 +15,10 @@
 
 namespace meniscus {
 
-/// Over which fits what trust is told from is averaged, particle radii.
+/// Over which fits what trust follows from is averaged, particle radii.
 inline constexpr float kTrustSheet = 5;
 
-/// Measures what trust is told from, which download() then gives: the density at the feet, that
+/// Measures what trust follows from, which download() then gives: the density at the feet, that
 /// three particle radii behind them, and how far the surroundings lie from the fits (`spread`),
 /// particle radii. These three are averaged over the fits k of the same sheet within five radii,
 /// with weights (1 - l/5) smoothstep(.4, .6, n.n_k) times k's firmness: on an edge of the fluid the

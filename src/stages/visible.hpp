@@ -98,9 +98,9 @@ Extent splat_extent(Device& device, const SplatParticles& particles, const Sampl
 struct Visible {
   std::vector<std::int32_t> index;  // into Projected, ascending
   std::vector<float> owned;         // share of its footprint's nodes that it owns
-  std::vector<float> tells;         // how much its neighbours learn of it, 0 .. 1; empty: 1 each
+  std::vector<float> influence;     // on its neighbours' fits, 0 .. 1; empty: 1 each
 
-  float telling(std::size_t k) const { return tells.empty() ? 1 : tells[k]; }
+  float influence_of(std::size_t k) const { return influence.empty() ? 1 : influence[k]; }
 };
 
 /// Counts into `owned`, [candidates] or more, how many nodes of the grid that it returns each of

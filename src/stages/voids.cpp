@@ -241,7 +241,7 @@ std::vector<Vec3d> find_voids(const Cells& cells, const Disorder& disorder) {
   return VoidFinder(cells, disorder).find();
 }
 
-// A candidate of so many spacings around has a say, and of these those around each.
+// A candidate of so many spacings around counts, and of these those around each.
 double void_influence(const Disorder& disorder) {
   return kApart * disorder.spacing / disorder.unit() + kDensitySupport;
 }

@@ -23,7 +23,7 @@ namespace meniscus {
 ///   disorder  whose spacing and unit of length the particles have
 std::vector<Vec3d> find_voids(const Cells& cells, const Disorder& disorder);
 
-/// Who lies farther away from a place than this has no say in whether it is a void; in the
+/// What lies farther away from a place than this does not change whether it is a void; in the
 /// disorder's unit of length.
 double void_influence(const Disorder& disorder);
 

@@ -11,11 +11,11 @@ namespace meniscus::verify {
 // required. A probe that does not build or run is a failed row.
 
 /// What is computed of single values, in widths 1 and 8.
-void probe_expressions(Device& device, const Tell& tell);
+void probe_expressions(Device& device, const Report& report);
 
 /// Vectors, private memory, arguments, atomics, barriers, local memory, ranges, buffers and the
 /// order of commands.
-void probe_execution(Device& device, const Tell& tell);
+void probe_execution(Device& device, const Report& report);
 
 /// Whether a kernel with `bytes` of local memory, or with work-groups of `items`, does what it
 /// should.

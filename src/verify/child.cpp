@@ -76,10 +76,11 @@ void write_all(int to, const Bytes& bytes) {
 }
 
 Item item_of_program(const ChildPlan& plan) {
-  return {"program", plan.request.program, "", "", true, [plan](Device& device, const Tell& tell) {
-            const Program program = read_program(plan.request.program, plan.request.manifest);
-            write_all(plan.output, joined(run_program(device, program, "program", tell)));
-          }};
+  return {
+      "program", plan.request.program, "", "", true, [plan](Device& device, const Report& report) {
+        const Program program = read_program(plan.request.program, plan.request.manifest);
+        write_all(plan.output, joined(run_program(device, program, "program", report)));
+      }};
 }
 
 std::vector<Item> items_of_plan(const ChildPlan& plan, Reproducers* reproducers, int device_width) {

@@ -402,7 +402,7 @@ bool is_denormal(std::uint32_t bits) { return std::fpclassify(float_of(bits)) ==
 
 }  // namespace
 
-void probe_expressions(Device& device, const Tell& tell) {
+void probe_expressions(Device& device, const Report& report) {
   std::array<std::vector<Operands>, kKinds> drawn;
   for (int k = 0; k < kKinds; ++k) drawn[k] = operands_of(static_cast<Kind>(k));
   for (const Expression& expression : kExpressions) {
@@ -413,7 +413,7 @@ void probe_expressions(Device& device, const Tell& tell) {
       for (Operands& o : operands)
         if (is_denormal(expression.expected(o))) o = operands.back();
     for (const int width : {1, 8}) {
-      tell_probe(
+      report_probe(
           {.group = "probe",
            .kernel = expression.name,
            .variant = "width " + std::to_string(width),
@@ -428,7 +428,7 @@ void probe_expressions(Device& device, const Tell& tell) {
               finding.reason += (finding.reason.empty() ? "" : "; ") + rounding_option(device);
             return finding;
           },
-          tell);
+          report);
     }
   }
 }

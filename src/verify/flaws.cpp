@@ -17,16 +17,17 @@ constexpr std::array kFlaws{"array_of_structs",       "fma_of_zero",
 std::vector<Item> flaw_items() {
   std::vector<Item> items;
   for (const std::string flaw : kFlaws)
-    items.push_back(
-        {"flaw", flaw, "", "docs/runtime_flaws", false, [flaw](Device& device, const Tell& tell) {
-           const std::string manifest = flaw + ".json";
-           const Program program = program_of(std::string(flaw_file(flaw + ".cl")),
-                                              {manifest, std::string(flaw_file(manifest))});
-           run_program(device, program, "flaw", [&](Row row) {
-             row.required = false;
-             tell(std::move(row));
-           });
-         }});
+    items.push_back({"flaw", flaw, "", "docs/runtime_flaws", false,
+                     [flaw](Device& device, const Report& report) {
+                       const std::string manifest = flaw + ".json";
+                       const Program program =
+                           program_of(std::string(flaw_file(flaw + ".cl")),
+                                      {manifest, std::string(flaw_file(manifest))});
+                       run_program(device, program, "flaw", [&](Row row) {
+                         row.required = false;
+                         report(std::move(row));
+                       });
+                     }});
   return items;
 }
 

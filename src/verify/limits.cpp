@@ -101,11 +101,11 @@ struct Limit {
   std::function<bool(std::size_t)> works;
 };
 
-void probe_limit(const Limit& limit, const Tell& tell) {
+void probe_limit(const Limit& limit, const Report& report) {
   const auto words = [&](std::size_t n) { return limit.words(static_cast<double>(n)); };
   Row row = row_of(limit.name, "", "up to " + words(limit.most), limit.section);
   std::size_t found = 0;
-  tell_probe(
+  report_probe(
       row,
       [&]() -> Finding {
         found = largest_that_works(limit.most, limit.step, limit.works);
@@ -114,9 +114,9 @@ void probe_limit(const Limit& limit, const Tell& tell) {
         if (found >= limit.most) return {Result::pass, what};
         return failed(what);
       },
-      [&](Row told) {
-        told.required = found < limit.needed;
-        tell(std::move(told));
+      [&](Row own) {
+        own.required = found < limit.needed;
+        report(std::move(own));
       });
 }
 
@@ -142,9 +142,9 @@ double build_seconds(Device& device, const std::string& option) {
   });
 }
 
-void probe_builds(Device& device, const Tell& tell) {
+void probe_builds(Device& device, const Report& report) {
   constexpr const char* kSection = "OpenCL API 1.2, 5.6.2";
-  tell_probe(
+  report_probe(
       row_of("build_time", "cold", "measure_gradients", kSection),
       [&]() -> Finding {
         Device fresh(device.info());
@@ -154,8 +154,8 @@ void probe_builds(Device& device, const Tell& tell) {
         const double seconds = build_seconds(fresh, " -D UNSEEN=" + std::to_string(now));
         return {Result::pass, in_words(1e3 * seconds, "ms with nothing to reuse")};
       },
-      tell);
-  tell_probe(
+      report);
+  report_probe(
       row_of("build_time", "warm", "measure_gradients", kSection),
       [&]() -> Finding {
         Device first(device.info()), second(device.info());
@@ -163,11 +163,11 @@ void probe_builds(Device& device, const Tell& tell) {
         const double seconds = build_seconds(second, " -D SEEN");
         return {Result::pass, in_words(1e3 * seconds, "ms where it was built before")};
       },
-      tell);
+      report);
 }
 
-void probe_launches(Device& device, const Tell& tell) {
-  tell_probe(
+void probe_launches(Device& device, const Report& report) {
+  report_probe(
       row_of("launch_cost", "", "100 launches", "OpenCL API 1.2, 5.8"),
       [&]() -> Finding {
         // Nobody is told of its launches: that takes longer than a launch.
@@ -176,10 +176,10 @@ void probe_launches(Device& device, const Tell& tell) {
         return {Result::pass, in_words(cost.single_us, "us alone, ") +
                                   in_words(cost.batched_us, "us among many")};
       },
-      tell);
+      report);
 }
 
-void probe_transfers(Device& device, std::size_t bytes, const Tell& tell) {
+void probe_transfers(Device& device, std::size_t bytes, const Report& report) {
   const auto rate = [&](double seconds) {
     return in_words(1e-9 * static_cast<double>(bytes) / seconds, "GB/s");
   };
@@ -187,7 +187,7 @@ void probe_transfers(Device& device, std::size_t bytes, const Tell& tell) {
   constexpr int kTries = 3;
   constexpr const char* kSection = "OpenCL API 1.2, 5.2.2";
   const std::string size = bytes_in_words(static_cast<double>(bytes));
-  tell_probe(
+  report_probe(
       row_of("transfer", "upload", size, kSection),
       [&]() -> Finding {
         double best = INFINITY;
@@ -198,8 +198,8 @@ void probe_transfers(Device& device, std::size_t bytes, const Tell& tell) {
                           }));
         return {Result::pass, rate(best)};
       },
-      tell);
-  tell_probe(
+      report);
+  report_probe(
       row_of("transfer", "download", size, kSection),
       [&]() -> Finding {
         double best = INFINITY;
@@ -212,7 +212,7 @@ void probe_transfers(Device& device, std::size_t bytes, const Tell& tell) {
         if (found != values) return failed("what came back is not what was sent");
         return {Result::pass, rate(best)};
       },
-      tell);
+      report);
 }
 
 }  // namespace
@@ -228,14 +228,14 @@ std::size_t largest_that_works(std::size_t most, std::size_t step,
   return good;
 }
 
-void probe_limits(Device& device, bool full, const Tell& tell) {
+void probe_limits(Device& device, bool full, const Report& report) {
   const DeviceInfo& info = device.info();
   const std::size_t claimed = info.largest_buffer;
   const std::size_t spare = full ? spare_memory() : std::min(spare_memory(), 256 * kMiB);
   probe_limit({"largest_buffer", "OpenCL API 1.2, 5.2.1 and table 4.3",
                "CL_DEVICE_MAX_MEM_ALLOC_SIZE", claimed, std::min(claimed, spare), 16 * kMiB, kMiB,
                bytes_in_words, [&](std::size_t n) { return buffer_works(device, n); }},
-              tell);
+              report);
 
   // A kernel may allow fewer work-items in a group than the device does, and says so.
   std::size_t group = info.largest_group;
@@ -244,15 +244,15 @@ void probe_limits(Device& device, bool full, const Tell& tell) {
   probe_limit({"work_group", "OpenCL API 1.2, 5.7.3, 5.8 and table 4.3",
                "CL_KERNEL_WORK_GROUP_SIZE", group, group, 1, 1, items,
                [&](std::size_t n) { return works([&] { return work_group_works(device, n); }); }},
-              tell);
-  probe_launches(device, tell);
-  probe_transfers(device, std::min((full ? 64 : 16) * kMiB, std::min(claimed, spare) / 2), tell);
-  probe_builds(device, tell);
+              report);
+  probe_launches(device, report);
+  probe_transfers(device, std::min((full ? 64 : 16) * kMiB, std::min(claimed, spare) / 2), report);
+  probe_builds(device, report);
   // Last, because there are runtimes that crash here. No kernel of ours has local memory.
   probe_limit({"local_memory", "OpenCL C 1.2, 6.5.2; API table 4.3", "CL_DEVICE_LOCAL_MEM_SIZE",
                info.local_memory, info.local_memory, 0, 1024, bytes_in_words,
                [&](std::size_t n) { return works([&] { return local_memory_works(device, n); }); }},
-              tell);
+              report);
 }
 
 }  // namespace meniscus::verify

@@ -14,7 +14,7 @@ namespace meniscus::verify {
 /// below what Meniscus needs: buffers of 16 MiB, work-groups of one. The reasons say the figures.
 ///
 ///   full  buffers up to half of the host's free memory; else up to 256 MiB
-void probe_limits(Device& device, bool full, const Tell& tell);
+void probe_limits(Device& device, bool full, const Report& report);
 
 /// The largest n in (0, most] for which works(n) is true, where it is for every smaller one; 0 when
 /// it is for none. Tries `most` first and stops when it knows n to within `step`.

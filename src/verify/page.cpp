@@ -133,9 +133,9 @@ std::string name_of(const DeviceResults& results) {
 
 // One row as a cell.
 std::string cell_of(const Row& row) {
-  // What is said of a reference names its error.
-  const bool said = row.group == "reference" && row.result == Result::pass;
-  const std::string error = row.ulp > 0 && !said ? error_of(row) : "";
+  // The reason of a reference that passes names its error.
+  const bool names_error = row.group == "reference" && row.result == Result::pass;
+  const std::string error = row.ulp > 0 && !names_error ? error_of(row) : "";
   std::string words;
   if (row.result == Result::skip)
     words = "skipped";

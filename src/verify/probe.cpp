@@ -8,7 +8,7 @@
 
 namespace meniscus::verify {
 
-void tell_probe(Row row, const std::function<Finding()>& probe, const Tell& tell) {
+void report_probe(Row row, const std::function<Finding()>& probe, const Report& report) {
   const auto begin = std::chrono::steady_clock::now();
   Finding finding;
   try {
@@ -21,7 +21,7 @@ void tell_probe(Row row, const std::function<Finding()>& probe, const Tell& tell
   row.required = row.required && finding.result != Result::skip;
   row.reason = finding.reason;
   row.ulp = finding.ulp;
-  tell(std::move(row));
+  report(std::move(row));
 }
 
 }  // namespace meniscus::verify

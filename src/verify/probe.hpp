@@ -21,6 +21,6 @@ inline Finding skipped(std::string reason) { return {Result::skip, std::move(rea
 
 /// Runs a probe and tells its row, which says everything but the finding and the time. What the
 /// probe throws is its failure, not the caller's; what was skipped is not required.
-void tell_probe(Row row, const std::function<Finding()>& probe, const Tell& tell);
+void report_probe(Row row, const std::function<Finding()>& probe, const Report& report);
 
 }  // namespace meniscus::verify

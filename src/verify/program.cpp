@@ -173,7 +173,7 @@ std::string difference(const ProgramArgument& argument, const Bytes& expected, c
 }
 
 std::vector<Bytes> run_program(Device& device, const Program& program, const std::string& group,
-                               const Tell& tell) {
+                               const Report& report) {
   const auto begin = Clock::now();
   Row row;
   row.group = group;
@@ -184,7 +184,7 @@ std::vector<Bytes> run_program(Device& device, const Program& program, const std
     row.result = wrong.empty() ? Result::pass : Result::fail;
     row.ulp = wrong.empty() ? 0 : ulp > 0 ? ulp : -1;
     row.reason = wrong;
-    tell(row);
+    report(row);
   };
   try {
     Launch launch(device, program);
@@ -219,7 +219,7 @@ std::vector<Bytes> run_program(Device& device, const Program& program, const std
 
 void compare_devices(const Program& program, const std::vector<std::string>& names,
                      const std::vector<std::vector<Bytes>>& left,
-                     const std::function<void(std::size_t device, Row)>& tell) {
+                     const std::function<void(std::size_t device, Row)>& report) {
   const auto ran = [](const std::vector<Bytes>& buffers) { return !buffers.empty(); };
   const auto first = std::find_if(left.begin(), left.end(), ran);
   if (first == left.end()) return;
@@ -243,7 +243,7 @@ void compare_devices(const Program& program, const std::vector<std::string>& nam
     else
       row.reason = (row.reason.empty() ? "as on " : "not as on ") + names[reference] +
                    (row.reason.empty() ? "" : ": " + row.reason);
-    tell(d, std::move(row));
+    report(d, std::move(row));
   }
 }
 

@@ -64,13 +64,13 @@ std::string difference(const ProgramArgument& argument, const Bytes& expected, c
 /// these: whether all runs left the same, and for each argument that is expected to be something,
 /// whether it is. Returns what the first run left in each buffer. Throws DeviceError.
 std::vector<Bytes> run_program(Device& device, const Program& program, const std::string& group,
-                               const Tell& tell);
+                               const Report& report);
 
 /// Rows that say whether devices agree with the first that ran: for each device what it left, empty
 /// where it did not run.
 void compare_devices(const Program& program, const std::vector<std::string>& names,
                      const std::vector<std::vector<Bytes>>& left,
-                     const std::function<void(std::size_t device, Row)>& tell);
+                     const std::function<void(std::size_t device, Row)>& report);
 
 /// As bytes, one buffer behind the other, and back; empty: `bytes` are no such buffers.
 Bytes joined(const std::vector<Bytes>& buffers);

@@ -236,11 +236,12 @@ VerifyRun run_from_json(const std::string& text, const std::string& name) {
             "it has " + counted(json.at("devices").size(), "device") + ", at most " +
                 std::to_string(kMostDevices) + " are read");
     for (const Json& device : json.at("devices")) {
-      const auto said = [&](const char* key) {
+      const auto text_of = [&](const char* key) {
         return printable(device.at(key).get<std::string>(), kLongestName);
       };
       DeviceResults results;
-      results.device = {said("name"), said("platform"), said("driver"), said("version")};
+      results.device = {text_of("name"), text_of("platform"), text_of("driver"),
+                        text_of("version")};
       results.seconds = device.at("seconds");
       run.devices.push_back(results);
     }
@@ -374,7 +375,7 @@ std::string comparison_of(const DeviceResults& before, const DeviceResults& afte
   if (comparison.only_before > 0) text += ", " + grouped(comparison.only_before) + " only in A";
   if (comparison.only_after > 0) text += ", " + grouped(comparison.only_after) + " only in B";
   text += "\n";
-  const auto said = [](const Row* row) {
+  const auto outcome = [](const Row* row) {
     if (!row) return std::string("not there");
     std::string words = to_string(row->result);
     if (const std::string error = error_of(*row); !error.empty()) words += ", " + error;
@@ -384,8 +385,8 @@ std::string comparison_of(const DeviceResults& before, const DeviceResults& afte
     const Row& row = change.after ? *change.after : *change.before;
     // One run had other cases than the other: no difference but where it failed.
     if ((!change.before || !change.after) && row.result != Result::fail) continue;
-    text += row.group + " " + words_of(row) + "\n  A  " + said(change.before) + "\n  B  " +
-            said(change.after) + "\n";
+    text += row.group + " " + words_of(row) + "\n  A  " + outcome(change.before) + "\n  B  " +
+            outcome(change.after) + "\n";
   }
   return text;
 }

@@ -24,6 +24,6 @@ struct Row {
 };
 
 /// Receives every row, as soon as it is known.
-using Tell = std::function<void(Row)>;
+using Report = std::function<void(Row)>;
 
 }  // namespace meniscus::verify

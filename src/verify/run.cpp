@@ -61,18 +61,18 @@ Row row_of(const std::string& kernel, const KernelFindings& found) {
 }
 
 void check_kernels(Device& device, const Case& which, const Variant& variant, bool required,
-                   const Settings& settings, const Tell& tell) {
+                   const Settings& settings, const Report& report) {
   const AsVariant as(device, variant);
   if (settings.reproducers)
     settings.reproducers->set_case(variant.name, which.name + ", " + which.size);
   Tracer tracer(device, canonical_trace(key_of(which, variant.width)), shipped_canonical().values,
                 {settings.repeat, settings.reproducers});
-  const auto report = [&](Row row) {
+  const auto report_row = [&](Row row) {
     row.group = "kernel";
     row.variant = variant.name;
     row.size = which.name + ", " + which.size;
     row.required = required;
-    tell(std::move(row));
+    report(std::move(row));
   };
   const auto begin = Clock::now();
   std::string error;
@@ -90,7 +90,7 @@ void check_kernels(Device& device, const Case& which, const Variant& variant, bo
     device.state().stage.clear();
   }
   for (const auto& [kernel, found] : tracer.findings())
-    if (wanted(settings, kernel)) report(row_of(kernel, found));
+    if (wanted(settings, kernel)) report_row(row_of(kernel, found));
   if (error.empty() && whole) error = tracer.other_launches();
   if (error.empty()) return;
   Row row;
@@ -98,7 +98,7 @@ void check_kernels(Device& device, const Case& which, const Variant& variant, bo
   row.result = Result::fail;
   row.reason = error;
   row.ms = milliseconds_since(begin);
-  report(row);
+  report_row(row);
 }
 
 std::string frame_variant(int width, DiscForm discs) {
@@ -133,7 +133,7 @@ std::string first_difference(Device& device, const Scene& frame, Method method,
 }
 
 void check_frame(Device& device, const Scene& frame, Method method, DiscForm discs,
-                 const Settings& settings, const Tell& tell) {
+                 const Settings& settings, const Report& report) {
   const WithDiscs with(device, discs);
   Row row;
   row.group = "frame";
@@ -163,12 +163,12 @@ void check_frame(Device& device, const Scene& frame, Method method, DiscForm dis
     row.reason = "hash " + hex_digits(found) + ", wanted " + hex_digits(known->second) + "; " +
                  first_difference(device, frame, method, settings);
   }
-  tell(std::move(row));
+  report(std::move(row));
 }
 
 // A stage against double precision: not watched, because what is watched is put right.
 void check_references(Device& device, const StageCase& stage, const Variant& variant, bool required,
-                      const Settings& settings, const Tell& tell) {
+                      const Settings& settings, const Report& report) {
   const AsVariant as(device, variant);
   for (const int size : stage.sizes) {
     if (size != stage.sizes.front() && !settings.full) break;
@@ -178,17 +178,17 @@ void check_references(Device& device, const StageCase& stage, const Variant& var
         milliseconds_since(begin) / static_cast<double>(std::max<std::size_t>(1, errors.size()));
     for (const ReferenceError& error : errors) {
       if (!wanted(settings, error.kernel)) continue;
-      tell({.group = "reference",
-            .kernel = error.kernel,
-            .variant = variant.name,
-            .size =
-                std::string(stage.stage) + ", size " + std::to_string(size) + ", " + error.output,
-            .result = error.ulp <= error.allowed ? Result::pass : Result::fail,
-            .ulp = error.ulp,
-            .reason = std::string("stage ") + stage.stage + ": " + error_in_words(error.ulp) +
-                      " of " + error_in_words(error.allowed) + " allowed",
-            .ms = ms,
-            .required = required});
+      report({.group = "reference",
+              .kernel = error.kernel,
+              .variant = variant.name,
+              .size =
+                  std::string(stage.stage) + ", size " + std::to_string(size) + ", " + error.output,
+              .result = error.ulp <= error.allowed ? Result::pass : Result::fail,
+              .ulp = error.ulp,
+              .reason = std::string("stage ") + stage.stage + ": " + error_in_words(error.ulp) +
+                        " of " + error_in_words(error.allowed) + " allowed",
+              .ms = ms,
+              .required = required});
     }
   }
 }
@@ -201,10 +201,10 @@ bool launches_wanted(const Settings& settings, const Trace& trace) {
 void add_probes(const Settings& settings, std::vector<Item>& items) {
   items.push_back({"probe", "probes of single values", "", "", true, probe_expressions});
   items.push_back({"probe", "probes of memory and work-items", "", "", true, probe_execution});
-  items.push_back(
-      {"limit", "limits", "", "", true, [full = settings.full](Device& device, const Tell& tell) {
-         probe_limits(device, full, tell);
-       }});
+  items.push_back({"limit", "limits", "", "", true,
+                   [full = settings.full](Device& device, const Report& report) {
+                     probe_limits(device, full, report);
+                   }});
 }
 
 // Whether a case launches one of the kernels that are asked for.
@@ -219,11 +219,12 @@ void add_kernels(const Settings& settings, int device_width, std::vector<Item>& 
       if (!which.small && !settings.full) continue;
       if (!is_asked_for(settings, which, variant)) continue;
       const bool required = variant.width == device_width;
-      items.push_back({"kernel", "kernels of " + which.name + ", " + variant.name, variant.name,
-                       which.name + ", " + which.size, required,
-                       [&which, &variant, required, settings](Device& device, const Tell& tell) {
-                         check_kernels(device, which, variant, required, settings, tell);
-                       }});
+      items.push_back(
+          {"kernel", "kernels of " + which.name + ", " + variant.name, variant.name,
+           which.name + ", " + which.size, required,
+           [&which, &variant, required, settings](Device& device, const Report& report) {
+             check_kernels(device, which, variant, required, settings, report);
+           }});
     }
 }
 
@@ -233,12 +234,12 @@ void add_references(const Settings& settings, int device_width, std::vector<Item
     for (const StageCase& stage : stage_cases()) {
       if (!is_asked_for(settings, case_of(stage, stage.sizes.front()), variant)) continue;
       const bool required = variant.width == device_width;
-      items.push_back({"reference",
-                       std::string("references of ") + stage.stage + ", " + variant.name,
-                       variant.name, stage.stage, required,
-                       [&stage, &variant, required, settings](Device& device, const Tell& tell) {
-                         check_references(device, stage, variant, required, settings, tell);
-                       }});
+      items.push_back(
+          {"reference", std::string("references of ") + stage.stage + ", " + variant.name,
+           variant.name, stage.stage, required,
+           [&stage, &variant, required, settings](Device& device, const Report& report) {
+             check_references(device, stage, variant, required, settings, report);
+           }});
     }
   }
 }
@@ -251,8 +252,8 @@ void add_frames(const Settings& settings, int device_width, std::vector<Item>& i
           if (discs == DiscForm::minima && !is_drawn_both_ways(method)) continue;
           items.push_back({"frame", frame_key(frame, method), frame_variant(device_width, discs),
                            frame_key(frame, method), true,
-                           [&frame, method, discs, settings](Device& device, const Tell& tell) {
-                             check_frame(device, frame, method, discs, settings, tell);
+                           [&frame, method, discs, settings](Device& device, const Report& report) {
+                             check_frame(device, frame, method, discs, settings, report);
                            }});
         }
 }
@@ -284,15 +285,15 @@ Row row_of(const Item& item, const std::string& kernel, Result result, const std
           .required = item.required};
 }
 
-void run_item(const Item& item, Device& device, const Tell& tell) {
+void run_item(const Item& item, Device& device, const Report& report) {
   try {
-    item.run(device, tell);
+    item.run(device, report);
   } catch (const KernelLeftOut& left_out) {
     device.state().stage.clear();
-    tell(row_of(item, item.name, Result::skip, left_out.what()));
+    report(row_of(item, item.name, Result::skip, left_out.what()));
   } catch (const std::exception& error) {
     device.state().stage.clear();
-    tell(row_of(item, item.name, Result::fail, words_of(error)));
+    report(row_of(item, item.name, Result::fail, words_of(error)));
   }
 }
 

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "device/device.hpp"
-#include "verify/canonical.hpp"
 #include "verify/repro.hpp"
 #include "verify/row.hpp"
 
@@ -25,7 +24,7 @@ struct Item {
   std::string name;           // "kernels of fit on block, width 8"
   std::string variant, size;  // of its rows, where they are the same; may be empty
   bool required = true;       // whether its failure makes the device fail
-  std::function<void(Device&, const Tell&)> run;
+  std::function<void(Device&, const Report&)> run;
 };
 
 /// The items, the same ones in the same order for the same settings. `device_width` is the vector
@@ -36,7 +35,7 @@ std::vector<Item> items_of(const Settings& settings, int device_width);
 Row row_of(const Item& item, const std::string& kernel, Result result, const std::string& reason);
 
 /// Runs an item: what it throws becomes a row.
-void run_item(const Item& item, Device& device, const Tell& tell);
+void run_item(const Item& item, Device& device, const Report& report);
 
 /// Every kernel that some canonical trace holds.
 std::vector<std::string> known_kernels();

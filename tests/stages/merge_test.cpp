@@ -97,7 +97,7 @@ TEST(Merge, CalmWaterHasFewGroupsAndSmallReachesManyMore) {
   params.reach = params.least_reach = 1;
   const MergedGroups alone = merged(plain_view(), p, params);
   EXPECT_EQ(alone.seed.index, p.rim.index);
-  EXPECT_EQ(alone.seed.tells, std::vector<float>(900, 1.0f));
+  EXPECT_EQ(alone.seed.influence, std::vector<float>(900, 1.0f));
 }
 
 // The other face of an edge is another sheet: each face is calm up to it.
@@ -151,11 +151,11 @@ TEST(Merge, AGroupIsSeenAsFarAsItsMembersAre) {
 TEST(Merge, GroupsFadeWithWhatTheirSeedsTell) {
   Placed p = placed(two_faces());
   const MergedGroups all = merged(plain_view(), p, {});
-  p.rim.tells.assign(p.rim.index.size(), 0.25f);
+  p.rim.influence.assign(p.rim.index.size(), 0.25f);
   const MergedGroups faint = merged(plain_view(), p, {});
   EXPECT_GT(faint.seed.index.size(), all.seed.index.size());
-  for (const float tells : faint.seed.tells) EXPECT_LE(tells, 0.25f);
-  p.rim.tells.assign(p.rim.index.size(), 0.0f);
+  for (const float influence : faint.seed.influence) EXPECT_LE(influence, 0.25f);
+  p.rim.influence.assign(p.rim.index.size(), 0.0f);
   EXPECT_TRUE(merged(plain_view(), p, {}).seed.index.empty());
 }
 
@@ -192,8 +192,8 @@ TEST(Merge, GroupsDoNotDependOnTheCamera) {
   const MergedGroups groups = merged(turned, other, {});
   ASSERT_EQ(groups.seed.index, expected.seed.index);
   // Coordinates round at 1e-5; smoothsteps over .02 of a rank are the steepest.
-  for (std::size_t g = 0; g < groups.seed.tells.size(); ++g) {
-    EXPECT_NEAR(groups.seed.tells[g], expected.seed.tells[g], 0.02);
+  for (std::size_t g = 0; g < groups.seed.influence.size(); ++g) {
+    EXPECT_NEAR(groups.seed.influence[g], expected.seed.influence[g], 0.02);
     EXPECT_NEAR(groups.extent[g], expected.extent[g], 1e-3);
   }
 }
@@ -206,8 +206,8 @@ TEST(Merge, SmallMotionsChangeSharesLittle) {
     for (float& x : moved.projected.x) x += static_cast<float>(step);
     const MergedGroups groups = merged(plain_view(), moved, {});
     std::vector<double> share(p.rim.index.size(), 0.0);
-    for (std::size_t g = 0; g < groups.seed.tells.size(); ++g)
-      share[static_cast<std::size_t>(groups.seed.index[g])] = groups.seed.tells[g];
+    for (std::size_t g = 0; g < groups.seed.influence.size(); ++g)
+      share[static_cast<std::size_t>(groups.seed.index[g])] = groups.seed.influence[g];
     return share;
   };
   // Over 1e-4 radii ranks change by 3e-4 against each other, takings by 1.5 / .04 times that, and a
@@ -229,7 +229,7 @@ TEST(Merge, SmallMotionsChangeSharesLittle) {
 TEST(Merge, NothingMergesToNothing) {
   const MergedGroups groups = merge_particles(plain_view(), place({}), {}, {}, {}, {});
   EXPECT_TRUE(groups.seed.index.empty());
-  EXPECT_TRUE(groups.seed.tells.empty());
+  EXPECT_TRUE(groups.seed.influence.empty());
 }
 
 }  // namespace

@@ -6,20 +6,12 @@
 #include <cmath>
 
 #include "stages/surface_by_hand.hpp"
-#include "verify/reference/surface.hpp"
+#include "stages/surface_reference.hpp"
 
 namespace meniscus {
 namespace {
 
 using OnSurface = OnDevice;
-
-Projected scattered(std::size_t n, double side, unsigned seed) {
-  Random random(seed);
-  std::vector<Vec3d> uvt;
-  for (std::size_t i = 0; i < n; ++i)
-    uvt.push_back({50 + random(-side, side), 50 + random(-side, side), 30 + random(-side, side)});
-  return place(uvt);
-}
 
 // Errors of measure_density and measure_gradients (verify/reference/density.hpp), the latter's with
 // room to spare; every sum and the norm round once more.
@@ -28,24 +20,6 @@ double density_error(const reference::Gradient& g, double density) {
 }
 double gradient_error(const reference::Gradient& g) {
   return kEpsilon * (60 / std::numbers::pi * g.near + (g.near + 4) * g.size);
-}
-
-TEST_P(OnSurface, GradientsMatchTheReference) {
-  for (const std::size_t n : {1, 65, 700}) {
-    const Projected p = scattered(n, 7, static_cast<unsigned>(n));
-    const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
-    const std::vector<float> actual =
-        download(device_, measure_gradients(device_, upload_cells(device_, cells)));
-    ASSERT_EQ(actual.size(), 4 * n);
-    for (std::size_t k = 0; k < n; ++k) {
-      const Vec3d at = p.eye(static_cast<std::size_t>(cells.item[k]));
-      const auto expected = reference::gradient(p, at);
-      const Vec3d found{actual[k], actual[n + k], actual[2 * n + k]};
-      EXPECT_LE(length(found - expected.value), 2 * gradient_error(expected));
-      const double density = reference::density(p, at);
-      EXPECT_NEAR(actual[3 * n + k], density, density_error(expected, density));
-    }
-  }
 }
 
 TEST_P(OnSurface, WeightsAndNormalsMatchTheirFormulas) {
@@ -212,7 +186,7 @@ TEST_P(OnSurface, TheRimIsTheHiddenSurfaceNearSeenParticles) {
     EXPECT_EQ(rim.index[next], i);
     EXPECT_EQ(rim.owned[next], seen ? 0.3f : 0.0f);
     const double fades = smooth_step(kRimReach - kRimFade, kRimReach, nearest);
-    EXPECT_NEAR(rim.tells[next], 1 - fades, 1e-5);
+    EXPECT_NEAR(rim.influence[next], 1 - fades, 1e-5);
     hidden += !seen;
     ++next;
   }
@@ -234,15 +208,16 @@ TEST_P(OnSurface, TheRimFadesWithTheSeenAndWithTheDistance) {
   std::size_t fading = 0, full = 0;
   for (std::size_t k = 0; k < rim.index.size(); ++k) {
     const Vec3d at = p.eye(static_cast<std::size_t>(rim.index[k]));
-    double tells = 0;
+    double influence = 0;
     for (std::size_t s = 0; s < found.seen.index.size(); ++s) {
       const double distance = length(p.eye(static_cast<std::size_t>(found.seen.index[s])) - at);
-      tells = std::max(tells, smooth_step(kLeastFitted, kFullyVisible, found.seen.owned[s]) *
+      influence =
+          std::max(influence, smooth_step(kLeastFitted, kFullyVisible, found.seen.owned[s]) *
                                   (1 - smooth_step(kRimReach - kRimFade, kRimReach, distance)));
     }
-    EXPECT_NEAR(rim.tells[k], tells, 1e-5) << "particle " << rim.index[k];
-    fading += tells > 0 && tells < 1;
-    full += tells == 1;
+    EXPECT_NEAR(rim.influence[k], influence, 1e-5) << "particle " << rim.index[k];
+    fading += influence > 0 && influence < 1;
+    full += influence == 1;
   }
   EXPECT_GT(fading, 20u);
   EXPECT_GT(full, 20u);
@@ -256,8 +231,8 @@ TEST_P(OnSurface, TheRimFadesWithTheSeenAndWithTheDistance) {
     const auto place =
         std::lower_bound(at_least.index.begin(), at_least.index.end(), without.index[k]);
     ASSERT_EQ(*place, without.index[k]);
-    EXPECT_EQ(at_least.tells[static_cast<std::size_t>(place - at_least.index.begin())],
-              without.tells[k]);
+    EXPECT_EQ(at_least.influence[static_cast<std::size_t>(place - at_least.index.begin())],
+              without.influence[k]);
   }
 }
 

@@ -12,7 +12,7 @@ namespace meniscus::verify {
 namespace {
 
 using Arithmetic = OnDevice;
-using Probe = void (*)(Device&, const Tell&);
+using Probe = void (*)(Device&, const Report&);
 
 std::vector<Row> rows_of(Probe probe, Device& device) {
   std::vector<Row> rows;

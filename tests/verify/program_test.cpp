@@ -313,9 +313,11 @@ TEST(Agreement, IsWithTheFirstDeviceThatRan) {
   Bytes wrong = right;
   wrong[0] ^= 1;
   std::vector<std::pair<std::size_t, Row>> rows;
-  const auto tell = [&](std::size_t device, Row row) { rows.emplace_back(device, std::move(row)); };
+  const auto report = [&](std::size_t device, Row row) {
+    rows.emplace_back(device, std::move(row));
+  };
   compare_devices(twice, {"a", "b", "c", "d"}, {{}, {from, right}, {from, right}, {from, wrong}},
-                  tell);
+                  report);
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[0].first, 1u);
   EXPECT_EQ(rows[0].second.result, Result::pass);
@@ -326,7 +328,7 @@ TEST(Agreement, IsWithTheFirstDeviceThatRan) {
   EXPECT_EQ(rows[2].second.ulp, 1);
   EXPECT_THAT(rows[2].second.reason, HasSubstr("not as on b: argument to: 1 of 4 values differ"));
   rows.clear();
-  compare_devices(twice, {"a", "b"}, {{}, {from, right}}, tell);
+  compare_devices(twice, {"a", "b"}, {{}, {from, right}}, report);
   EXPECT_THAT(rows, IsEmpty()) << "one device agrees with nobody";
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -66,13 +65,13 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
   const double contour = params.region.contour_density;
   const bool open = decide(c - 0.3 * contour) && decide(0.97 - c);
 
-  // What each fit says.
-  struct Said {
+  // The value of each fit at X.
+  struct FitValue {
     std::size_t fit;
     double weight, pull, f;
     Vec3d g, from;
   };
-  std::vector<Said> said;
+  std::vector<FitValue> values;
   for (std::size_t k = 0; open && k < fits.size(); ++k) {
     if (!counts(fits, trust, k) || fits.visible[k] < 1e-3) continue;
     const double r = reach(fits, k, params.fit, params.blend);
@@ -90,9 +89,9 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
     }
     const double near = 1 - dot(from, from) / (r * r);
     const double counted = 0.5 + fits.roundness[k] * (-0.4 - 0.5);
-    said.push_back({k, w, -6 / (r * r) * counted * w / near, f, n, from});
+    values.push_back({k, w, -6 / (r * r) * counted * w / near, f, n, from});
   }
-  if (!said.empty()) {
+  if (!values.empty()) {
     const auto same = [&](const Vec3d& a, const Vec3d& b) {
       return smooth_passage(params.blend.same_low, params.blend.same_high, dot(a, b));
     };
@@ -100,14 +99,14 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
     const auto leading = [&](const auto& weight, int rounds) {
       double best = 0;
       Vec3d axis;
-      for (const Said& s : said)
+      for (const FitValue& s : values)
         if (weight(s) > best) {
           best = weight(s);
           axis = s.g;
         }
       for (int round = 0; round < rounds; ++round) {
         Vec3d sum;
-        for (const Said& s : said) sum += s.g * (weight(s) * same(s.g, axis));
+        for (const FitValue& s : values) sum += s.g * (weight(s) * same(s.g, axis));
         axis = normalized(sum, {0, 0, 0});
       }
       return axis;
@@ -115,7 +114,7 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
     const auto sheet_of = [&](const auto& weight) {
       FitSheet sheet;
       Vec3d v, u;
-      for (const Said& s : said) {
+      for (const FitValue& s : values) {
         const double w = weight(s), share = s.weight > 0 ? w / s.weight : 0;
         sheet.weight += w;
         sheet.level.f += w * s.f;
@@ -131,12 +130,12 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
       sheet.normal = normalized(sheet.normal, {0, 0, 0});
       return sheet;
     };
-    const Vec3d axis_a = leading([](const Said& s) { return s.weight; }, 2);
-    const auto weight_a = [&](const Said& s) { return s.weight * same(s.g, axis_a); };
-    const auto rest = [&](const Said& s) { return s.weight * (1 - same(s.g, axis_a)); };
+    const Vec3d axis_a = leading([](const FitValue& s) { return s.weight; }, 2);
+    const auto weight_a = [&](const FitValue& s) { return s.weight * same(s.g, axis_a); };
+    const auto rest = [&](const FitValue& s) { return s.weight * (1 - same(s.g, axis_a)); };
     const FitSheet a = sheet_of(weight_a);
     double all = 0, untrusted = 0, firm = 0, others = 0;
-    for (const Said& s : said) {
+    for (const FitValue& s : values) {
       all += s.weight;
       untrusted += s.weight / trust[s.fit];
       firm += s.weight * fits.firmness[s.fit] / fits.edge[s.fit];
@@ -146,8 +145,9 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
     double edge = 0;
     if (others / all > 0.03) {
       const Vec3d axis_b = leading(rest, 1);
-      const FitSheet b = sheet_of([&](const Said& s) { return rest(s) * same(s.g, axis_b); });
-      const FitSheet d = sheet_of([&](const Said& s) { return rest(s) * (1 - same(s.g, axis_b)); });
+      const FitSheet b = sheet_of([&](const FitValue& s) { return rest(s) * same(s.g, axis_b); });
+      const FitSheet d =
+          sheet_of([&](const FitValue& s) { return rest(s) * (1 - same(s.g, axis_b)); });
       const auto concave = [&](const FitSheet& p, const FitSheet& q) {
         return smooth_passage(-0.25, 0.25, dot(q.centre - p.centre, p.normal - q.normal));
       };

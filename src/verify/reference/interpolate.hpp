@@ -31,7 +31,7 @@ struct InterpolateParams {
   bool trust_empty = false;  // nothing fits between the lattice's samples
 };
 
-enum class Says { empty, open, rough, smooth };  // in ascending order
+enum class CellKind { empty, open, rough, smooth };  // in ascending order
 
 /// What interpolation makes of one sample.
 struct BetweenSample {
@@ -61,7 +61,7 @@ class Interpolation {
     if (!right && a > 0) cell = larger(cell, cell_of(a - 1, b));
     out.sure = cell.sure;
     std::vector<int> corners{out.corner};
-    if (cell.says == Says::smooth) {
+    if (cell.kind == CellKind::smooth) {
       const int i1 = std::min((a + 1) * side_, lattice_.grid.nx - 1);
       const int j1 = std::min((b + 1) * side_, lattice_.grid.ny - 1);
       if (right) corners.push_back(index(i1, b * side_));
@@ -69,10 +69,10 @@ class Interpolation {
       if (right && down) corners.push_back(index(i1, j1));
       interpolate(i, j, corners, &out);
     }
-    if (out.shown || cell.says == Says::empty) return out;
+    if (out.shown || cell.kind == CellKind::empty) return out;
     const int s = index(i, j);
     const bool front = lattice_.reference[s] < kNoSurface;
-    out.opened = cell.says == Says::open && front;
+    out.opened = cell.kind == CellKind::open && front;
     out.wanted = front && !out.opened;
     out.wants_splash = !out.opened && lattice_.splash[s] < kNoSurface;
     return out;
@@ -80,11 +80,11 @@ class Interpolation {
 
  private:
   struct Cell {
-    Says says = Says::rough;
+    CellKind kind = CellKind::rough;
     bool sure = true;
   };
   static Cell larger(const Cell& a, const Cell& b) {
-    return {std::max(a.says, b.says), a.sure && b.sure};
+    return {std::max(a.kind, b.kind), a.sure && b.sure};
   }
 
   int index(int i, int j) const { return j * lattice_.grid.nx + i; }
@@ -111,7 +111,7 @@ class Interpolation {
       opened += lattice_.open[s] < kNoSurface;
     }
     if (covered == 0 && params_.trust_empty) {
-      cell.says = opened > 0 ? Says::open : Says::empty;
+      cell.kind = opened > 0 ? CellKind::open : CellKind::empty;
       return cell;
     }
     if (covered < 4) return cell;
@@ -130,7 +130,7 @@ class Interpolation {
       }
     for (const auto& [p, q] : {std::pair{0, 3}, std::pair{1, 2}})
       holds(dot(normal(corner[p]), normal(corner[q])) - params_.agreeing, 8 * kEpsilon);
-    if (smooth) cell.says = Says::smooth;
+    if (smooth) cell.kind = CellKind::smooth;
     return cell;
   }
 

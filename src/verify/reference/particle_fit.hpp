@@ -35,7 +35,7 @@ struct Surroundings {
   std::vector<Vec3d> position, normal;  // [surface particles]
   std::vector<double> weight;           // [surface particles] u
   std::vector<double> residual;         // [surface particles] of the fits; negative: none
-  std::vector<double> tells;            // [surface particles] Visible::tells of the fits
+  std::vector<double> influence;        // [surface particles] Visible::influence of the fits
 };
 
 /// `place` is each fit's place among the surface particles.
@@ -50,14 +50,14 @@ inline Surroundings surroundings(const Projected& projected, const Visible& seen
   for (std::size_t k = 0; k < fits.size(); ++k) {
     all.normal[place[k]] = fits.normal[k];
     all.residual[place[k]] = fits.residual[k];
-    all.tells[place[k]] = seen.telling(k);
+    all.influence[place[k]] = seen.influence_of(k);
   }
   return all;
 }
 
 /// rho = support min(1, max(least_support, (max(.14, 1.5 r_05) / r)^2)) of the fit around surface
 /// particle i, with r the mean of the residuals within 6 radii with weights (1 - l / 6)
-/// smoothstep(.8, .95, n_i.n_j) c_j, c what the fit tells, and r_05 the 5th percentile of all; the
+/// smoothstep(.8, .95, n_i.n_j) c_j, c the fit's influence, and r_05 the 5th percentile of all; the
 /// full support where there is nothing to average.
 struct Narrowed {
   double support = 0;
@@ -70,7 +70,7 @@ inline Narrowed narrowed_support(const Surroundings& all, std::size_t i, const F
     if (!(all.residual[j] > 0)) continue;
     sorted.push_back(all.residual[j]);
     const double w = std::max(0.0, 1 - length(all.position[j] - all.position[i]) / 6) *
-                     smooth_step(0.8, 0.95, dot(all.normal[i], all.normal[j])) * all.tells[j];
+                     smooth_step(0.8, 0.95, dot(all.normal[i], all.normal[j])) * all.influence[j];
     sum += w * all.residual[j];
     weight += w;
     if (length(all.position[j] - all.position[i]) < 6.001) near.push_back(all.residual[j]);
@@ -245,11 +245,11 @@ inline Weight later_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, d
   const double near = u * spline(length(x) / rho), same = dot(n_i, n_j);
   if (near < 1e-6 || same < -0.5) return {};
   const double falloff = 2 / (params.normal_sigma * params.normal_sigma);
-  const double told = std::min(1.0, dot(normalized(gradient_at(quadric, x)), n_j) + 0.01);
+  const double along = std::min(1.0, dot(normalized(gradient_at(quadric, x)), n_j) + 0.01);
   const double f = value_at(quadric, x) + params.offset, ahead = std::clamp(f, 0.0, 1.0);
   const double w = firm.firmness * (1 - firm.roundness);
   const double sharp = 1 + firm.sharp * w, front = 1 + 3 * w * ahead, sharper = sharp * front;
-  const double differs = std::max(0.0, (1 - w) * (1 - same) + w * (1 - told));
+  const double differs = std::max(0.0, (1 - w) * (1 - same) + w * (1 - along));
   const double r = std::max(-f, 0.5 * firm.firmness * f) / params.tau;
   const double value =
       near *
@@ -260,7 +260,7 @@ inline Weight later_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, d
   const double by_distance =
       (2 * r / params.tau + falloff * sharp * differs * 3 * w) * 15 * rho + 25;
   const double by_firmness = falloff * ((firm.sharp * front + 3 * ahead * sharp) * differs +
-                                        sharper * std::abs(told - same)) +
+                                        sharper * std::abs(along - same)) +
                              r * std::max(f, 0.0) / params.tau;
   return {value, value * (kEpsilon * (by_normals + by_distance + 20) + firm.error * by_firmness)};
 }
