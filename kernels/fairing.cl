@@ -4,7 +4,7 @@
 // A normal becomes the value of a parabola that is fitted to the normals beside it, first along rows,
 // then along columns. A neighbour at distance l and at height h along the mean of both normals counts
 // (1 - l^2 / (2.65 sigma)^2)^2 (1 - h^2 / 1.2^2)^2 smoothstep(.7, .9, n.n'), nothing beyond either:
-// another sheet has no say. A parabola, because a mean flattens waves, and pulls normals at outlines
+// another sheet does not count. A parabola, because a mean flattens waves, and pulls normals at outlines
 // towards the side where there is surface.
 //
 // uses: samples.cl
@@ -14,7 +14,7 @@
 #define FAIR_APART 1.4f          // sigmas between the neighbours that are looked at, at most
 #define FAIR_TAPS 3              // of them on each side: FAIR_REACH / (FAIR_APART / 2), less the last
 #define FAIR_COARSEST 10         // 2^10 samples from one of them to the next, at most
-#define FAIR_SLOPE_RIDGE 0.2f    // sigma^2: neighbours on one side alone hardly tell a slope
+#define FAIR_SLOPE_RIDGE 0.2f    // sigma^2: neighbours on one side alone hardly give a slope
 #define FAIR_CURVE_RIDGE 0.6f    // sigma^4: without it no noise goes; infinite, waves are flattened
 
 // A sample, and how its ray's point moves from a sample to the next along the line.

@@ -2,7 +2,7 @@
 // from the surface in particle radii near it, and its gradient (paper 2.4.2, without a camera).
 //
 // As blend.cl and settle.cl do along rays: fits average within a sheet, sheets meet in a crease, and
-// where fits are not trusted the levelled density field speaks. Where blend.cl has two sheets there
+// where fits are not trusted the levelled density field counts. Where blend.cl has two sheets there
 // are three here: at a corner of a box no camera chooses two of its faces (docs/mesh.md).
 //
 // Fits lie in cells by their feet, records in the order of the cells.

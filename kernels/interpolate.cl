@@ -1,6 +1,6 @@
 // interpolate.cl: samples between those of a coarser lattice, where the surface is smooth enough
-// that evaluating it there would say the same. The lattice has every second of the samples that are
-// asked for, `every`th ones of each row and column; a cell of it is the 2 x 2 of those from its upper
+// that evaluating it there would give the same. The lattice has every second of the samples that are
+// wanted, `every`th ones of each row and column; a cell of it is the 2 x 2 of those from its upper
 // left corner on. One work-item per WIDTH cells of a row.
 
 // A corner of the cells: point of the surface in eye space, normal, depth.
@@ -378,7 +378,7 @@ kernel void interpolate_samples(global const uchar* shows,  // [rows][stride] of
   for (int m = 0; m < 3; ++m) {
     const int right = m != 1, down = m != 0, row = every * (2 * b + down);
     const int i = every * (2 * a + right), start = row * samples.x;
-    // Blocks tell most of it, the same ones of all three.
+    // Mostly the counts of blocks suffice, the same blocks for all three.
     if (m == 0 || side > 8) {
       const int blocks = block_of(0, row, samples.x);
       finite = spread_counts(occupied + blocks, i, side, last);

@@ -91,8 +91,8 @@ kernel void list_fronts(FRONTS(reference, splash, occupied, splash_occupied),
   list_tile(tile, splash, splash_occupied, splash_sample, splash_count, 0, samples, tiles, every);
 }
 
-// Those of a tile's `side` x `side` cells from cell (a, b) on whose bits from `shift` on say so. A cell
-// is 2 x 2 of every `every`th row and column; the bits say which of three are wanted: right of the
+// The wanted samples of a tile's `side` x `side` cells from cell (a, b) on, by the bits from `shift` on. A
+// cell is 2 x 2 of every `every`th row and column; three bits are of those that may be wanted: right of the
 // first, below it, and between both, which is Morton order. Returns how many there are.
 inline int list_wanted(global const uchar* wanted, global int* sample, global uchar* listed,
                        const int2 samples, const int stride, const int every, const int side,

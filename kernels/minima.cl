@@ -52,7 +52,7 @@ inline void take_rows(Share* share, const int i0, const int i1, const int j0, co
   *share = taken;
 }
 
-// What outlines say.
+// The share of an outline's box.
 inline Share share_of_box(global const int* box, global const float* key, const Outlined all) {
   Share share = share_among(0, all.count);
   const int p = share.p, stride = all.stride;
@@ -61,7 +61,7 @@ inline Share share_of_box(global const int* box, global const float* key, const 
   return share;
 }
 
-// What a particle may cover, which outline_discs would say, and its disc.
+// The box that a particle may cover, as outline_discs finds it, and its disc.
 #if WIDTH == 1
 #define FIRST_LANE(v) (v)
 #else
@@ -84,8 +84,8 @@ inline Share share_of_particle(global const float* particles,  // [6][stride] as
   return share;
 }
 
-// Goes through WIDTH samples of a share at a time: sample s = (i, j) and those to its right, as far as
-// `inside` says. In a row, vectors keep to bins.
+// Goes through WIDTH samples of a share at a time: sample s = (i, j) and those to its right that are
+// `inside`. In a row, vectors keep to bins.
 #define EACH_SAMPLE(share, bound, bins_x)                                                        \
   for (int j = (share).j0; j <= (share).j1; j += SHARES)                                         \
     for (int left = (share).i0 / BIN * BIN; left <= (share).i1; left += BIN)                     \

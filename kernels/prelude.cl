@@ -287,8 +287,8 @@ inline Part part_of(global const int* end, const ListedBins bins) {
   return part;
 }
 
-// Where a part's rows lie, row r in lane r. What a particle says of a row
-// is worked out for all of them at once, and stored.
+// Where a part's rows lie, row r in lane r. What a row takes of a particle is worked out for all rows at
+// once, and stored.
 inline floatv rows_of(const Part part, const float first, const float step) {
   return first + step * ((float)part.j + LANES);
 }

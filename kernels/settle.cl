@@ -189,7 +189,7 @@ inline void mark_splash(const int* at, const intv wanted, global int* group, glo
   }
 }
 
-// What samples of a layer show as far as no density tells.
+// What samples of a layer show before any density is measured.
 typedef struct {
   floatv t0, t;    // depths of the reference and of the blend
   floatv contour;  // the density that doubted samples need
@@ -211,7 +211,7 @@ inline Verdict judge(const int* at, const intv listed, global const float* trian
   const intv met = v.t < INFINITY;
   intv live = listed & (v.t0 < INFINITY);
   if (only_gaps) live &= !met;
-  // Maps are read only where they tell: they are large, and a CPU waits for them.
+  // Maps are read only where they matter: they are large, and a CPU waits for them.
   const intv blended = live & met;
   floatv carried = none;
   if (ANY(blended)) carried = SELECT(none, gather_float(trust, at), blended);

@@ -200,8 +200,8 @@ kernel void join_region(global float* depth,                // [samples] triangl
   owner[s] = capsule ? capsule_owner[s] : t < INFINITY ? owner[s] : -1;
 }
 
-// The nearest column of each sample's row in which `map` is negative or not (as `sign` asks: 1
-// negative, 0 not), -1 beyond `reach`; of two equally near the left one.
+// The nearest column of each sample's row in which `map` is negative or not (`sign` 1: negative,
+// 0: not), -1 beyond `reach`; of two equally near the left one.
 kernel void find_in_rows(global const int* map, global int* column, const int2 samples,
                          const int reach, const int sign) {
   const int i = get_global_id(0), j = get_global_id(1);

@@ -303,7 +303,7 @@ const Expression kExpressions[] = {
 #undef INTEGER
 #undef EXACT
 
-// --- Asking --------------------------------------------------------------------------------------
+// --- Probing -------------------------------------------------------------------------------------
 
 // Two programs, so that a compiler without some built-in function that no kernel of ours calls
 // still answers what they rest on.

@@ -56,7 +56,7 @@ TEST_P(Settle, LevelWeightsRunFromALoneParticleToTheInside) {
 }
 
 // Fits that reach out into the air, farther before the reference than the field is followed behind
-// them: the search used to end there, and rims had holes.
+// them: a search that ends there leaves holes in rims.
 TEST_P(Settle, ABlendFarBeforeTheReferenceHidesNoField) {
   Layer before(n_);
   std::vector<reference::Crossing> expected(n_);

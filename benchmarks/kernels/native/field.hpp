@@ -233,7 +233,7 @@ struct Near : Listed<kMostNear> {
 };
 
 /// Lanes will ask for what is near between these depths, where wanted.
-inline void ask_for(const Floats& from, const Floats& to, const Ints& wanted, Around& around) {
+inline void need_between(const Floats& from, const Floats& to, const Ints& wanted, Around& around) {
   around.from = wanted ? smaller(around.from, from) : around.from;
   around.to = wanted ? larger(around.to, to) : around.to;
 }

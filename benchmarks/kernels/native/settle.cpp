@@ -257,7 +257,7 @@ void settle_samples(const Settle& in, std::size_t begin, std::size_t end) {
       for (int v = 0; v < vectors; ++v) {
         verdict[v] = judge(in, lanes[v]);
         around.wanted[v] = verdict[v].doubted;
-        ask_for(verdict[v].t, verdict[v].t, verdict[v].doubted, around);
+        need_between(verdict[v].t, verdict[v].t, verdict[v].doubted, around);
       }
       for (int v = 0; v < vectors; ++v) {
         settle(in, verdict[v], lanes[v], around);
@@ -280,9 +280,9 @@ void follow_field(const Follow& in, std::size_t begin, std::size_t end) {
       for (int v = 0; v < vectors; ++v) {
         const Floats t0 = gather(in.reference, lanes[v].at), t = gather(in.depth, lanes[v].at);
         last[v] = gather(in.behind, lanes[v].at);
-        ask_for(search_from(in, t, t0, last[v]), search_to(t, t0, in.beyond), lanes[v].used,
+        need_between(search_from(in, t, t0, last[v]), search_to(t, t0, in.beyond), lanes[v].used,
                 around);
-        ask_for(t, t, lanes[v].used & (t < kNowhere), around);
+        need_between(t, t, lanes[v].used & (t < kNowhere), around);
       }
       for (int v = 0; v < vectors; ++v) follow(in, lanes[v], last[v], around);
     }
