@@ -281,7 +281,7 @@ void follow_field(const Follow& in, std::size_t begin, std::size_t end) {
         const Floats t0 = gather(in.reference, lanes[v].at), t = gather(in.depth, lanes[v].at);
         last[v] = gather(in.behind, lanes[v].at);
         need_between(search_from(in, t, t0, last[v]), search_to(t, t0, in.beyond), lanes[v].used,
-                around);
+                     around);
         need_between(t, t, lanes[v].used & (t < kNowhere), around);
       }
       for (int v = 0; v < vectors; ++v) follow(in, lanes[v], last[v], around);
