@@ -178,6 +178,15 @@ inline Sheet sheet_of(const Sums* s) {
   return sheet;
 }
 
+// Sheet a where `first` is set, else b.
+inline Sheet either_sheet(const Sheet* a, const Sheet* b, const intv first) {
+  const Sheet sheet = {SELECT(b->z, a->z, first),   SELECT(b->cx, a->cx, first),
+                       SELECT(b->cy, a->cy, first), SELECT(b->cz, a->cz, first),
+                       SELECT(b->nx, a->nx, first), SELECT(b->ny, a->ny, first),
+                       SELECT(b->nz, a->nz, first)};
+  return sheet;
+}
+
 // Whether two sheets meet in a convex edge: the mean of each one's middle over the other's plane.
 inline intv convex_between(const Sheet* a, const Sheet* b) {
   return dot_of(b->cx - a->cx, b->cy - a->cy, b->cz - a->cz, a->nx - b->nx, a->ny - b->ny,
@@ -253,6 +262,78 @@ inline void add_normal(const Sums* s, const floatv z, const floatv share, floatv
   *nx = fma(gx, scale, *nx);
   *ny = fma(gy, scale, *ny);
   *nz = fma(gz, scale, *nz);
+}
+
+// A fit at a point: its value, a distance there, and unit gradient; its weight where the fluid ends, less
+// the farther the point lies off its surface.
+typedef struct {
+  floatv f, gx, gy, gz, weight;
+} FaceValue;
+
+// Returns whether any of the points (x, y, z) is within the fit's reach.
+inline int face_at(const Fits fits, const int fit, const floatv x, const floatv y, const floatv z,
+                   FaceValue* face) {
+  global const float* g = fits.record + FIT * fit;
+  global const float* foot = fits.foot + 4 * fit;
+  const floatv px = x - foot[0], py = y - foot[1], pz = z - foot[2], none = (floatv)(0.0f);
+  const floatv squared = square_of(px, py, pz) * g[10];
+  if (!ANY(squared < 1.0f)) return 0;
+  floatv gx, gy, gz;
+  gradient_at(g, px, py, pz, &gx, &gy, &gz);
+  const floatv slope = 1.0f / sqrt(larger(square_of(gx, gy, gz), (floatv)(1e-20f)));
+  const floatv f = value_at(g, px, py, pz, gx, gy, gz) * slope;
+  const floatv q = larger(1.0f - squared, none);
+  face->f = f;
+  face->gx = gx * slope;
+  face->gy = gy * slope;
+  face->gz = gz * slope;
+  face->weight = g[13] * q * q * q * larger(1.0f - 0.25f * f * f, none);
+  return 1;
+}
+
+// The product of a unit normal and a ray's direction from which on a face is steep, or turns away.
+inline floatv steep_for(const Sample s) {
+  return -STEEP * sqrt(square_of(s.dx, s.dy, (floatv)(1.0f)));
+}
+
+// How far the nearer of two sheets that meet in a convex edge stays, because a third face holds it: one
+// that rays meet far away or not at all, in a convex edge with the nearer sheet and a concave one with
+// the deeper. At the end of a step's inner edge the step's riser holds the wall beside it.
+inline floatv held_by(const Sample s, const List rim, const Fits fits, const Blending by,
+                      const Sheet* near, const Sheet* deep, const floatv all, const intv wanted) {
+  const floatv none = (floatv)(0.0f);
+  const floatv x = s.sx + near->z * s.dx, y = s.sy + near->z * s.dy, z = -(s.t + near->z);
+  const floatv steep = steep_for(s);
+  const Box box = box_of(x, y, z, wanted);
+  floatv within = none, beyond = none;
+  int place[BLOCK + WIDTH];
+  for (int from = 0; from < rim.count; from += BLOCK) {
+    const int to = min(from + BLOCK, rim.count);
+    int found = 0;
+    for (int k = from; k < to; k += WIDTH) found = list_lanes(near_box(rim, k, box), k, place, found);
+    for (int n = 0; n < found; ++n) {
+      const int fit = rim.fit[place[n]];
+      FaceValue face;
+      if (!face_at(fits, fit, x, y, z, &face)) continue;
+      const floatv with_near = dot_of(face.gx, face.gy, face.gz, near->nx, near->ny, near->nz),
+                   with_deep = dot_of(face.gx, face.gy, face.gz, deep->nx, deep->ny, deep->nz);
+      const floatv same = smooth_step(by.same_low, by.same_high, larger(with_near, with_deep));
+      global const float* foot = fits.foot + 4 * fit;
+      const floatv nx = foot[0] - near->cx, ny = foot[1] - near->cy, nz = foot[2] - near->cz;
+      const floatv dx = foot[0] - deep->cx, dy = foot[1] - deep->cy, dz = foot[2] - deep->cz;
+      const intv convex = (dot_of(nx, ny, nz, near->nx, near->ny, near->nz) < 0.0f) &
+                          (dot_of(nx, ny, nz, face.gx, face.gy, face.gz) > 0.0f);
+      const intv concave = (dot_of(dx, dy, dz, deep->nx, deep->ny, deep->nz) > 0.0f) &
+                           (dot_of(dx, dy, dz, face.gx, face.gy, face.gz) < 0.0f);
+      const floatv along = fma(face.gx, s.dx, fma(face.gy, s.dy, -face.gz));
+      const floatv holds =
+          SELECT(none, face.weight * (1.0f - same), convex & concave & (along > steep));
+      within += SELECT(holds, none, face.f > 0.0f);
+      beyond += SELECT(none, holds, face.f > 0.0f);
+    }
+  }
+  return SELECT(none, smooth_step(HOLDING, HOLDING_SURE, within / larger(all, (floatv)(1e-30f))),
+                wanted & (within > beyond));
 }
 
 // Vectors of a structure go by address: a call would copy them byte by byte.
@@ -407,6 +488,15 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
     } else {
       shares.b = SELECT(takes_over(a.z, b.z, convex, some_b, crease), (floatv)(1.0f), only_b);
     }
+    const intv beside = convex & near_each(a.z, b.z, crease) & !only_b & (some_b > 0.0f) &
+                        (fabs(a.z - b.z) > MEETING);
+    if (ANY(beside)) {
+      const intv is_near = a.z < b.z;
+      const Sheet near = either_sheet(&a, &b, is_near), deep = either_sheet(&b, &a, is_near);
+      const floatv held = held_by(s, listed.rim, fits, blending, &near, &deep, all, beside);
+      shares.b = SELECT(fma(held, some_b * (1.0f - shares.c) - shares.b, shares.b),
+                        shares.b * (1.0f - held), is_near);
+    }
   }
   const floatv of_a = (floatv)(1.0f) - shares.b - shares.c, of_b = shares.b, of_c = shares.c;
   out.depth = SELECT((floatv)(INFINITY), s.t + a.z * of_a + b.z * of_b + c.z * of_c, best > 0.0f);
@@ -433,7 +523,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
                my = fma(a.cy, of_a, fma(b.cy, of_b, c.cy * of_c)),
                mz = fma(a.cz, of_a, fma(b.cz, of_b, c.cz * of_c));
   floatv within = wr, beyond = wr;  // what faces weigh that the point lies in, and outside of
-  const floatv steep = -STEEP * sqrt(square_of(s.dx, s.dy, (floatv)(1.0f)));
+  const floatv steep = steep_for(s);
   const Box box = box_of(ex, ey, -out.depth, out.depth < INFINITY);
   for (int from = 0; from < listed.rim.count; from += BLOCK) {
     const int to = min(from + BLOCK, listed.rim.count);
@@ -442,45 +532,35 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       found = list_lanes(near_box(listed.rim, k, box), k, place, found);
     for (int n = 0; n < found; ++n) {
       const int fit = listed.rim.fit[place[n]];
-      global const float* g = fits.record + FIT * fit;
       global const float* foot = fits.foot + 4 * fit;
-      const floatv x = ex - foot[0], y = ey - foot[1], z = -out.depth - foot[2];
-      const floatv squared = square_of(x, y, z) * g[10];
-      if (!ANY(squared < 1.0f)) continue;
-      floatv gx, gy, gz;
-      gradient_at(g, x, y, z, &gx, &gy, &gz);
-      const floatv slope = 1.0f / sqrt(larger(square_of(gx, gy, gz), (floatv)(1e-20f)));
-      const floatv f = value_at(g, x, y, z, gx, gy, gz) * slope;
-      gx *= slope;
-      gy *= slope;
-      gz *= slope;
+      FaceValue face;
+      if (!face_at(fits, fit, ex, ey, -out.depth, &face)) continue;
       const floatv same = smooth_step(same_low, same_high,
-                                      dot_of(gx, gy, gz, out.nx, out.ny, out.nz));
-      const floatv q = larger(1.0f - squared, (floatv)(0.0f));
-      const floatv near = larger(1.0f - 0.25f * f * f, (floatv)(0.0f));
-      const floatv weight = g[13] * q * q * q * (1.0f - same) * near;
-      const floatv along = fma(gx, s.dx, fma(gy, s.dy, -gz));
+                                      dot_of(face.gx, face.gy, face.gz, out.nx, out.ny, out.nz));
+      const floatv weight = face.weight * (1.0f - same);
+      const floatv along = fma(face.gx, s.dx, fma(face.gy, s.dy, -face.gz));
       const floatv tx = foot[0] - mx, ty = foot[1] - my, tz = foot[2] - mz;
       const intv convex = (dot_of(tx, ty, tz, out.nx, out.ny, out.nz) < 0.0f) &
-                          (dot_of(tx, ty, tz, gx, gy, gz) > 0.0f);
+                          (dot_of(tx, ty, tz, face.gx, face.gy, face.gz) > 0.0f);
       const floatv hidden = SELECT((floatv)(0.0f), weight, convex & (along > steep));
-      within += SELECT(hidden, (floatv)(0.0f), f > 0.0f);
-      beyond += SELECT((floatv)(0.0f), hidden, f > 0.0f);
+      within += SELECT(hidden, (floatv)(0.0f), face.f > 0.0f);
+      beyond += SELECT((floatv)(0.0f), hidden, face.f > 0.0f);
       const floatv w = SELECT((floatv)(0.0f), weight, along > 0.0f);
-      const floatv out_w = SELECT(w, (floatv)(0.0f), f < 0.0f);
+      const floatv own = (floatv)(fits.record[FIT * fit + 13]);
+      const floatv out_w = SELECT(w, (floatv)(0.0f), face.f < 0.0f);
       wr += w;
       outside += out_w;
-      strong = fma(w, (floatv)(g[13]), strong);
-      strong_outside = fma(out_w, (floatv)(g[13]), strong_outside);
+      strong = fma(w, own, strong);
+      strong_outside = fma(out_w, own, strong_outside);
       // Of several faces one that the point lies outside of ends the surface, however far within the
       // others it lies. The next ones are no numbers where the depth is infinite; wr is 0 there.
-      fr = fma(w, larger(f, (floatv)(WITHIN)), fr);
+      fr = fma(w, larger(face.f, (floatv)(WITHIN)), fr);
       crx = fma(w, (floatv)(foot[0]), crx);
       cry = fma(w, (floatv)(foot[1]), cry);
       crz = fma(w, (floatv)(foot[2]), crz);
-      nrx = fma(w, gx, nrx);
-      nry = fma(w, gy, nry);
-      nrz = fma(w, gz, nrz);
+      nrx = fma(w, face.gx, nrx);
+      nry = fma(w, face.gy, nry);
+      nrz = fma(w, face.gz, nrz);
     }
   }
   const floatv vr = 1.0f / larger(wr, tiny);

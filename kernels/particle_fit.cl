@@ -486,16 +486,17 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   const floatv agreed =
       SELECT(one, fmax((floatv)(0.005f), smooth_step(0.7f, 1.0f, (own.u + firm) / all)), all > 0.0f);
   // A bevel along an edge agrees with its row alone, and the others lie farther off than its own rest. A
-  // fit on which all lie that look its way is a face, also beside a corner, where most are bevels.
-  const floatv bevel = (one - firmness_of(own.u, near, firm, 0.8f)) * (one - roundness) *
+  // fit on which all lie that look its way is a face, also beside a corner, where most are bevels. One
+  // that its own particles lie off lies across an edge, and may agree with others that do.
+  const floatv edged = one - roundness;
+  const floatv bevel = (one - firmness_of(own.u, near, firm, 0.8f)) * edged *
                        smooth_step(0.4f, 0.55f, spread - 2.0f * off);
-  const floatv face = 0.2f * (one - roundness) * (one - smooth_step(0.1f, 0.3f, spread));
+  const floatv across = edged * smooth_step(0.38f, 0.55f, off * inverse_tau);
+  const floatv face = 0.2f * edged * (one - smooth_step(0.1f, 0.3f, spread)) * (one - across);
   const floatv least = larger(face, (floatv)(0.0005f)), rest = one - bevel;
   const floatv counts = by.groups ? LOADF(influence + lane) : one;
   const floatv firmness = counts * larger(agreed * rest, least);
-  // One that its own particles lie off lies across an edge, and may agree with others that do.
-  const floatv across = 0.9f * (one - roundness) * smooth_step(0.38f, 0.55f, off * inverse_tau);
-  STOREF(counts * larger(edge_of(own.u, near, agree) * rest * (one - across), least), rows + lane);
+  STOREF(counts * larger(edge_of(own.u, near, agree) * rest * (one - 0.9f * across), least), rows + lane);
   STOREF(firmness, rows + lanes + lane);
   STOREF(spread, rows + 2 * lanes + lane);
   STOREF(number, rows + 3 * lanes + lane);

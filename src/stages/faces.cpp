@@ -11,17 +11,22 @@ namespace {
 
 constexpr double kBevel = 0.01;     // e of a bevel
 constexpr double kNoBevel = 0.03;   // least e of other fits
+constexpr double kOnEdge = 0.3;     // e up to which a fit's particle may lie on other faces, too
+constexpr double kOffEdge = 0.6;    // least e of fits within a face
 constexpr double kLeastEdge = 0.1;  // e of a face,
 constexpr double kFlat = 0.3;       // its spread, particle radii,
-constexpr double kOff = 0.2;        // and how far off it a bevel's particle may be, too
-constexpr double kTowards = 0.3;    // least cosine of a face's normal and the bevel's
+constexpr double kRough = 0.5;      // least spread of a fit that follows no face, particle radii
+constexpr double kOff = 0.2;        // how far off a face a particle may be, too, particle radii
+constexpr double kTowards = -0.1;   // least cosine of a face's normal and the fit's
 constexpr double kSameFace = 0.7;   // cosine from which two fits are of one face
+constexpr double kOther = 0.72;     // up to this one a face is another than the one a fit follows,
+constexpr double kOwn = 0.8;        // from this one on it is the same
 
 bool is_face(const ParticleFits& fits, std::size_t k) {
   return !(fits.residual[k] < 0) && fits.edge[k] >= kLeastEdge && fits.spread[k] < kFlat;
 }
 
-// Fit k at the place of bevel b, where its quadric is `there`; it counts so much.
+// Fit k at the place of fit b, where its quadric is `there`; it counts so much.
 void add_face(const ParticleFits& fits, std::size_t k, std::size_t b, double counts,
               const QuadricLevel& there, ParticleFits& faces) {
   const auto& [value, gradient] = there;
@@ -48,11 +53,14 @@ TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<doub
                                 double offset) {
   TrustedFits faces;
   if (!fits.extent.empty()) return faces;
-  Cells cells;  // of the fits, made for the first bevel
+  Cells cells;  // of the fits, made for the first that needs them
   for (std::size_t b = 0; b < fits.size(); ++b) {
-    const double counts =
-        (1 - smooth_step(kBevel, kNoBevel, fits.edge[b])) * (1 - double{fits.roundness[b]});
-    if (fits.residual[b] < 0 || !(counts > 0)) continue;
+    const double edged = 1 - double{fits.roundness[b]};
+    const double bevel = edged * (1 - smooth_step(kBevel, kNoBevel, fits.edge[b]));
+    const double on_edge = edged * (1 - smooth_step(kOnEdge, kOffEdge, fits.edge[b])) *
+                           (1 - smooth_step(kFlat, kRough, fits.spread[b]));
+    const double most = std::max(bevel, on_edge);
+    if (fits.residual[b] < 0 || !(most > 0)) continue;
     if (cells.item.empty()) cells = make_cells(fits.position, kFaceReach);
     const Vec3d& at = fits.position[b];
     std::vector<std::pair<double, std::size_t>> near;  // distance, fit
@@ -75,6 +83,10 @@ TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<doub
       const double before = -there.value / length(there.gradient);
       if (!(std::abs(before - offset) < kOff)) continue;
       taken.push_back(normal);
+      // Nothing stands in for the face that b follows itself.
+      const double own = smooth_step(kOther, kOwn, dot(normal, fits.normal[b]));
+      const double counts = most + own * (bevel - most);
+      if (!(counts > 0)) continue;
       add_face(fits, k, b, counts, there, faces.fits);
       faces.trust.push_back(trust[k]);
     }

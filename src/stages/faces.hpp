@@ -1,6 +1,6 @@
-// faces: the faces beside bevels, continued to where these are. Along a sharp edge fits are bevels
-// (kernel measure_edges), which count little, and on a block's lattice nothing: near a corner no
-// fit of a face would be within reach.
+// faces: the faces beside edges, continued to where the particles on these are. Along a sharp edge
+// fits are bevels (kernel measure_edges), which count little, and on a block's lattice nothing, or
+// follow one of the edge's faces: near a corner no fit of the others would be within reach.
 #pragma once
 
 #include <vector>
@@ -18,11 +18,12 @@ struct TrustedFits {
   std::vector<double> trust;
 };
 
-/// At each bevel the faces on which its particle lies, at most one for each direction: of the fits
-/// within kFaceReach whose normal is less than 73 degrees off the nearest, whose quadric goes on to
-/// the bevel. They are seen as the bevel is, and count as far as it is one,
-/// (1 - η) (1 - smoothstep(.01, .03, e)) with its roundness η. Groups have none: a small e tells
-/// that they fade.
+/// At each fit on an edge the faces on which its particle lies, at most one for each direction: of
+/// the fits within kFaceReach whose normal is less than 96 degrees off the nearest, whose quadric
+/// goes on to that particle. They are seen as it is, and count as far as the fit is a bevel,
+/// (1 - η) (1 - smoothstep(.01, .03, e)) with its roundness η, or follows another face at an edge,
+/// (1 - η) (1 - smoothstep(.3, .6, e)) (1 - smoothstep(.3, .5, S)) with its spread S, for normals
+/// whose product with its own is below .72 to .8. Groups have none: a small e tells that they fade.
 TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<double>& trust,
                                 double offset);
 
