@@ -214,8 +214,7 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
   const SplatParticles on_screen = upload_splats(device, fluid.particles, seen.index);
   const KeptTriangles triangles = upload_triangles(device, mesh);
   const auto backdrop_of = [&, &view = view, &params = params](const SampleGrid& grid) {
-    return draw_backdrop(device, view, on_screen, triangles, shell.splash, grid, shell.least_radius,
-                         params);
+    return draw_backdrop(device, view, on_screen, triangles, shell.splash, grid, params);
   };
 
   // 2.3: a quadric around each seed.

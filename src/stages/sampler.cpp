@@ -15,8 +15,8 @@ namespace meniscus {
 namespace {
 
 // Samples look behind the front layer twice: a look may find particles whose surface the ray passes
-// by. In close-ups, from so many samples of a particle's radius on, a third look is needed: what
-// two have missed is too large for close_specks() there.
+// by. In close-ups, where the radii of seen particles span so many samples in the mean, a third
+// look is needed: what two have missed is too large for close_specks() there.
 constexpr double kCloseUp = 6;
 constexpr double kLayerGap = 3;  // particle radii between two layers
 // The levelled field lies one radius outside the particles, a little more between two.
@@ -107,10 +107,10 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
 
 Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& seen,
                        const KeptTriangles& triangles, const SplatParticles& splash,
-                       const SampleGrid& grid, double least_radius, const Parameters& params) {
+                       const SampleGrid& grid, const Parameters& params) {
   const std::size_t n = grid.size(), blocks = blocks_in(grid);
   const bool by_minima = draws_by_minima(device);
-  const bool close_up = least_radius >= kCloseUp * static_cast<double>(grid.step);
+  const bool close_up = seen.pixels >= kCloseUp * static_cast<double>(grid.step);
   // What becomes the surface lies between what begins as kNoSurface and as 0, and outside of these
   // what only minima need filled.
   using Maps = Together<float, float, float, float, float, float, float, float, float, cl_uchar,

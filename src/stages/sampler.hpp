@@ -43,11 +43,9 @@ struct Backdrop {
 
 /// Draws the fronts of the seen particles, the triangles and the splash particles. Waits, but for
 /// atomic minima.
-///
-///   least_radius  of a particle on the screen, pixels
 Backdrop draw_backdrop(Device& device, const View& view, const SplatParticles& seen,
                        const KeptTriangles& triangles, const SplatParticles& splash,
-                       const SampleGrid& grid, double least_radius, const Parameters& params);
+                       const SampleGrid& grid, const Parameters& params);
 
 /// The surface at the samples of a grid where fronts or splash are: first those of a
 /// coarse lattice, then those between that these do not give; samples whose nearest layer ends
