@@ -27,6 +27,12 @@ inline float leeway_of(global const float* fit) { return fit[15]; }
 #define ALONE 0.002f
 #define COMPANY 0.015f
 
+// From the first such sum on, fits that follow their particles badly are trusted the more for being among
+// many firm ones, from the second on fully: beside a gap between particles the density field, which would
+// decide there, has a pit.
+#define SOME_FIRM 0.8f
+#define MANY_FIRM 1.4f
+
 // A ray that passes by a fit's fluid, but less than GRAZE above it, meets it where it comes nearest:
 // weights fade (fade_hit) instead of breaking off where a sheet turns away from the eye. From OVER on,
 // in the mean of the fits that it meets, it has passed by the surface, if they are trusted by more than

@@ -184,12 +184,27 @@ TEST_P(Blend, FitsThatAreNotFirmAreTrustedAsFarAsTheyWeigh) {
   }
 }
 
+TEST_P(Blend, ManyFirmFitsAreTrustedAlthoughEachIsNot) {
+  const View view = frontal_view(37, 21);
+  const std::size_t centre = 10 * 37 + 18;  // its ray is the axis and meets the foot
+  Scene scene;
+  // Each weighs its trust of a half; from .8 on they are trusted the more, at 1.4 fully.
+  for (const double given_back : {0.0, 7.0 / 27, 1.0}) {
+    scene.add({0, 0, -20}, {0, 0, 1});
+    scene.trust.back() = 0.5;
+    const Samples samples = blended(device_, view, kGrids[0], scene, 20);
+    EXPECT_NEAR(samples.trust[centre], 1 - (1 - 1.001 * 0.5) * (1 - given_back), 16 * kEpsilon)
+        << scene.trust.size();
+  }
+}
+
 TEST_P(Blend, TrustIsTheMeanOfTheFitsUnderTheirWeightsWithoutIt) {
   const View view = frontal_view(37, 21);
   Scene scene;
   for (const double trust : {0.25, 1.0}) {
     scene.add({0, 0, -20}, {0, 0, 1});
     scene.trust.back() = trust;
+    scene.fits.firmness.back() = 0.5;  // not enough to be trusted for that
   }
   const Samples samples = blended(device_, view, kGrids[0], scene, 20);
   std::size_t count = 0;
