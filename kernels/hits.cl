@@ -58,7 +58,7 @@ inline float leeway_of(global const float* fit) { return fit[15]; }
 // the ray meets weighs. Sheets nearer to each other than MEETING are as good as met.
 #define HOLDING 0.0003f
 #define HOLDING_SURE 0.002f
-#define MEETING 0.2f  // particle radii
+#define MEETING 0.1f  // particle radii
 
 typedef struct {
   floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)

@@ -183,7 +183,11 @@ void expect_corner(Device& device, const Corner& corner) {
              (nearest < 2 * kDepthError || length(n - corner.normal[plane]) < kNormalError);
   });
   EXPECT_GT(count, 100U);
-  for (const std::size_t of_plane : planes) EXPECT_GT(of_plane, 20U);
+  for (int k = 0; k < 3; ++k) {
+    if (corner.normal[k].z > 0.3) {
+      EXPECT_GT(planes[k], 20U);
+    }
+  }
   // A sheet of .3 to 2 % of the weights counts in part.
   EXPECT_GT(exact, count * 95 / 100) << "of " << count;
 }
@@ -209,6 +213,15 @@ TEST_P(BlendEdges, TwoFacesOfANotchEndAtAThird) {
   expect_corner(device_,
                 {{normalized({0, -0.5, 1}), normalized({0.8, 0.6, 1}), normalized({-0.8, 0.6, 1})},
                  [](double a, double b, double c) { return a < 0 && (b < 0 || c < 0); }});
+}
+
+// As at the end of a step's inner edge, where the riser turns away from the eye. No ray meets it,
+// but it holds the wall beside it, which the tread alone would end.
+TEST_P(BlendEdges, AHiddenFaceHoldsTheNearerOfTwo) {
+  for (const double facing : {0.0, -0.1, -0.2})
+    expect_corner(device_,
+                  {{normalized({0, -0.3, 1}), normalized({0, 1, 0.8}), normalized({-1, 0, facing})},
+                   [](double a, double b, double c) { return a < 0 && (b < 0 || c < 0); }});
 }
 
 // A bevel between two hidden faces, which its neighbours hardly agree with, would cut off what both

@@ -25,19 +25,20 @@ void add_plane(ParticleFits& fits, const Vec3d& at, const Vec3d& normal, const V
   fits.residual.push_back(0.1f);
 }
 
-// A bevel where a face across x and one across y meet, and a face that passes it by.
+// A bevel where a face across x and one across y meet, and a face that passes it by. The faces'
+// fits lie within them.
 ParticleFits edge_of_block(double edge_of_bevel) {
   const Vec3d x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1}, origin;
   ParticleFits fits;
   add_plane(fits, origin, normalized(x + y), origin, edge_of_bevel);
   fits.visible[0] = 0.25;
-  add_plane(fits, y * -2, x, origin, 0.2);
-  add_plane(fits, y * -3, x, origin, 0.4);  // the same face, farther away
-  add_plane(fits, x * -2.5, y, origin, 0.2);
-  add_plane(fits, z * -1, z, z * -1, 0.2);
-  add_plane(fits, z * -6, normalized(x - z), origin, 0.2);  // out of reach
+  add_plane(fits, y * -2, x, origin, 0.6);
+  add_plane(fits, y * -3, x, origin, 0.8);  // the same face, farther away
+  add_plane(fits, x * -2.5, y, origin, 0.6);
+  add_plane(fits, z * -1, z, z * -1, 0.6);
+  add_plane(fits, z * -6, normalized(x - z), origin, 0.6);  // out of reach
   // passes where the bevel's surface would be, but faces another way than the edge
-  add_plane(fits, z * -2.2, normalized(z * 2 - x), origin, 0.2);
+  add_plane(fits, z * -2.2, normalized(z * 2 - x - y), origin, 0.6);
   return fits;
 }
 
@@ -52,7 +53,7 @@ TEST(FacesBesideBevels, AreTheNearestOfEachDirectionOnWhichTheBevelLies) {
     EXPECT_LT(length(faces.foot[k] - normal), 1e-6);
     EXPECT_LT(length(faces.normal[k] - normal), 1e-6);
     EXPECT_EQ(faces.visible[k], 0.25);
-    EXPECT_EQ(faces.edge[k], 0.2);
+    EXPECT_EQ(faces.edge[k], 0.6);
   }
 }
 
@@ -70,8 +71,34 @@ TEST(FacesBesideBevels, CountAsFarAsThereIsABevel) {
   const std::vector<double> trust(7, 1.0);
   const TrustedFits half = faces_beside_bevels(edge_of_block(0.02), trust, 1);
   ASSERT_EQ(half.fits.size(), 2U);
-  EXPECT_NEAR(half.fits.edge[0], 0.1, 1e-12);
+  EXPECT_NEAR(half.fits.edge[0], 0.3, 1e-12);
   EXPECT_EQ(faces_beside_bevels(edge_of_block(0.03), trust, 1).fits.size(), 0U);
+}
+
+// A particle in the corner of three faces, whose fit follows the first of them.
+ParticleFits corner_of_block(double edge, double spread) {
+  const Vec3d x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1}, origin;
+  ParticleFits fits;
+  add_plane(fits, origin, x, origin, edge);
+  fits.spread[0] = spread;
+  add_plane(fits, y * -2 + z * -2, x, origin, 0.6);
+  add_plane(fits, x * -2 + z * -2, y, origin, 0.7);
+  add_plane(fits, x * -2 + y * -2, z, origin, 0.8);
+  return fits;
+}
+
+TEST(FacesBesideBevels, StandInBesideAFitThatFollowsOneFaceOfACorner) {
+  const std::vector<double> trust(4, 1.0);
+  const TrustedFits faces = faces_beside_bevels(corner_of_block(0.2, 0.1), trust, 1);
+  ASSERT_EQ(faces.fits.size(), 2U);
+  EXPECT_LT(length(faces.fits.normal[0] + faces.fits.normal[1] - Vec3d{0, 1, 1}), 1e-6);
+  EXPECT_NEAR(faces.fits.edge[0] + faces.fits.edge[1], 1.5, 1e-12);
+  for (const Vec3d& at : faces.fits.position) EXPECT_EQ(length(at), 0);
+  const TrustedFits half = faces_beside_bevels(corner_of_block(0.45, 0.1), trust, 1);
+  ASSERT_EQ(half.fits.size(), 2U);
+  EXPECT_NEAR(half.fits.edge[0] + half.fits.edge[1], 0.75, 1e-12);
+  EXPECT_EQ(faces_beside_bevels(corner_of_block(0.6, 0.1), trust, 1).fits.size(), 0U);
+  EXPECT_EQ(faces_beside_bevels(corner_of_block(0.2, 0.5), trust, 1).fits.size(), 0U);
 }
 
 TEST(FacesBesideBevels, AreNotWhereTheFluidIsRound) {

@@ -11,7 +11,7 @@ constexpr int kCached = 48;
 constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
 constexpr float kPull = 0.75f, kRoundPull = -0.2f, kRoundest = 0.9f;  // of hits.cl
 constexpr float kGraze = 0.3f, kOver = 0.06f, kSurelyOver = 0.8f, kWithin = -0.05f, kSteep = 0.5f,
-                kVouching = 1e-3f, kVouchingSure = 3e-4f, kCredible = 0.05f;
+                kVouching = 1e-3f, kVouchingSure = 3e-4f, kCredible = 0.05f, kMeeting = 0.1f;
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
 
 struct Sample {
@@ -274,6 +274,70 @@ struct Listed {
   List met, rim;
 };
 
+// A fit at a point, and its weight where the fluid ends.
+struct FaceValue {
+  Floats f, gx, gy, gz, weight;
+};
+
+// Returns whether any of the points is within the fit's reach.
+[[gnu::always_inline]] inline bool face_at(const float* g, const float* foot, const Floats& x,
+                                           const Floats& y, const Floats& z, FaceValue& face) {
+  const Floats px = x - foot[0], py = y - foot[1], pz = z - foot[2];
+  const Floats squared = square_of(px, py, pz) * g[10];
+  if (!any(squared < 1.0f)) return false;
+  gradient_at(g, px, py, pz, face.gx, face.gy, face.gz);
+  const Floats slope = inverse_root(square_of(face.gx, face.gy, face.gz), 1e-20f);
+  face.f = value_at(g, px, py, pz, face.gx, face.gy, face.gz) * slope;
+  face.gx *= slope;
+  face.gy *= slope;
+  face.gz *= slope;
+  const Floats q = larger(1.0f - squared, Floats{});
+  face.weight = g[13] * q * q * q * larger(1.0f - 0.25f * face.f * face.f, Floats{});
+  return true;
+}
+
+inline Floats steep_for(const Sample& s) {
+  return -kSteep * root(square_of(s.dx, s.dy, all(1.0f)));
+}
+
+inline Middle either_sheet(const Middle& a, const Middle& b, const Ints& first) {
+  return {first ? a.z : b.z,   first ? a.cx : b.cx, first ? a.cy : b.cy, first ? a.cz : b.cz,
+          first ? a.nx : b.nx, first ? a.ny : b.ny, first ? a.nz : b.nz};
+}
+
+Floats held_by(const Blend& in, const Sample& s, const List& rim, const Middle& near,
+               const Middle& deep, const Floats& weights, const Ints& wanted) {
+  const Floats none{}, steep = steep_for(s);
+  const Floats x = s.sx + near.z * s.dx, y = s.sy + near.z * s.dy, z = -(s.t + near.z);
+  const Box box = box_of(x, y, z, wanted);
+  Floats within{}, beyond{};
+  for (int k = 0; k < rim.count; k += kWidth)
+    for (unsigned found = near_box(rim, k, box); found; found &= found - 1) {
+      const std::ptrdiff_t fit = rim.fit[k + __builtin_ctz(found)];
+      const float* const foot = in.feet + 4 * fit;
+      FaceValue face;
+      if (!face_at(in.records + kRecord * fit, foot, x, y, z, face)) continue;
+      const auto along = [&](const Floats& vx, const Floats& vy, const Floats& vz) {
+        return dot_of(face.gx, face.gy, face.gz, vx, vy, vz);
+      };
+      const Floats cosine =
+          larger(along(near.nx, near.ny, near.nz), along(deep.nx, deep.ny, deep.nz));
+      const Floats nx = foot[0] - near.cx, ny = foot[1] - near.cy, nz = foot[2] - near.cz;
+      const Floats dx = foot[0] - deep.cx, dy = foot[1] - deep.cy, dz = foot[2] - deep.cz;
+      const Ints convex =
+          (dot_of(nx, ny, nz, near.nx, near.ny, near.nz) < 0.0f) & (along(nx, ny, nz) > 0.0f);
+      const Ints concave =
+          (dot_of(dx, dy, dz, deep.nx, deep.ny, deep.nz) > 0.0f) & (along(dx, dy, dz) < 0.0f);
+      const Floats forward = fused(face.gx, s.dx, fused(face.gy, s.dy, -face.gz));
+      const Floats weight = face.weight * (1.0f - smooth_step(in.same_low, in.same_high, cosine));
+      const Floats holds = convex & concave & (forward > steep) ? weight : none;
+      within += face.f > 0.0f ? none : holds;
+      beyond += face.f > 0.0f ? holds : none;
+    }
+  const Floats share = smooth_step(0.0003f, 0.002f, within / larger(weights, all(kTiny)));
+  return wanted & (within > beyond) ? share : none;
+}
+
 Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   const Floats none{}, one = all(1.0f), tiny = all(kTiny);
   const float *const records = in.records, *const feet = in.feet;
@@ -434,6 +498,16 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
     } else {
       shares.b = only_b ? one : takes_over(a.z, b.z, convex, some_b, in.crease);
     }
+    const Floats apart = magnitude(a.z - b.z);
+    const Ints beside =
+        convex & (apart <= in.crease) & ~only_b & (some_b > 0.0f) & (apart > kMeeting);
+    if (any(beside)) {
+      const Ints is_near = a.z < b.z;
+      const Middle near = either_sheet(a, b, is_near), deep = either_sheet(b, a, is_near);
+      const Floats held = held_by(in, s, listed.rim, near, deep, weights, beside);
+      shares.b = is_near ? shares.b * (1.0f - held)
+                         : fused(held, some_b * (1.0f - shares.c) - shares.b, shares.b);
+    }
   }
   const Floats of_a = one - shares.b - shares.c, of_b = shares.b, of_c = shares.c;
   out.depth = best > 0.0f ? s.t + a.z * of_a + b.z * of_b + c.z * of_c : out.depth;
@@ -454,26 +528,16 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   const Floats mx = fused(a.cx, of_a, fused(b.cx, of_b, c.cx * of_c)),
                my = fused(a.cy, of_a, fused(b.cy, of_b, c.cy * of_c)),
                mz = fused(a.cz, of_a, fused(b.cz, of_b, c.cz * of_c));
-  const Floats steep = -kSteep * root(square_of(s.dx, s.dy, one));
+  const Floats steep = steep_for(s);
   const Box box = box_of(ex, ey, -out.depth, out.depth < kNowhere);
   for (int k = 0; k < listed.rim.count; k += kWidth)
     for (unsigned near = near_box(listed.rim, k, box); near; near &= near - 1) {
       const int fit = listed.rim.fit[k + __builtin_ctz(near)];
       const float *const g = fit_at(fit), *const foot = foot_of(fit);
-      const Floats x = ex - foot[0], y = ey - foot[1], z = -out.depth - foot[2];
-      const Floats squared = square_of(x, y, z) * g[10];
-      if (!any(squared < 1.0f)) continue;
-      Floats gx, gy, gz;
-      gradient_at(g, x, y, z, gx, gy, gz);
-      const Floats slope = inverse_root(square_of(gx, gy, gz), 1e-20f);
-      const Floats f = value_at(g, x, y, z, gx, gy, gz) * slope;
-      gx *= slope;
-      gy *= slope;
-      gz *= slope;
-      const Floats q = larger(1.0f - squared, none);
-      const Floats flat = larger(1.0f - 0.25f * f * f, none);
-      const Floats weight =
-          g[13] * q * q * q * (1.0f - same(dot_of(gx, gy, gz, out.nx, out.ny, out.nz))) * flat;
+      FaceValue face;
+      if (!face_at(g, foot, ex, ey, -out.depth, face)) continue;
+      const auto& [f, gx, gy, gz, counts] = face;
+      const Floats weight = counts * (1.0f - same(dot_of(gx, gy, gz, out.nx, out.ny, out.nz)));
       const Floats along = fused(gx, s.dx, fused(gy, s.dy, -gz));
       const Floats tx = foot[0] - mx, ty = foot[1] - my, tz = foot[2] - mz;
       const Ints convex = (dot_of(tx, ty, tz, out.nx, out.ny, out.nz) < 0.0f) &

@@ -163,6 +163,41 @@ inline void end_at_hidden(const ParticleFits& fits, const std::vector<double>& t
   out->on_edge |= within > (out->trust < 1 ? 1e-3 : 3e-4) && within > beyond;
 }
 
+/// A sheet's depth, the middle of its feet, and its normal.
+struct Plane {
+  double t;
+  Vec3d centre, normal;
+};
+
+/// How far the nearer of two sheets that meet in a convex edge stays, because third faces hold it:
+/// steep or hidden ones that meet the nearer sheet in a convex edge and the deeper in a concave
+/// one.
+///
+///   at   where the ray meets the nearer sheet
+///   all  what the fits weigh that it meets
+inline double held_by(const ParticleFits& fits, const std::vector<double>& trust, const Vec3d& ray,
+                      const Vec3d& at, const Plane& near, const Plane& deep, double all,
+                      const FitParams& fit, const BlendParams& params) {
+  double within = 0, beyond = 0;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    if (!counts(fits, trust, k)) continue;
+    Vec3d g;
+    const double steep = value(fits, k, at, &g), f = steep / length(g);
+    g = g / length(g);
+    if (dot(g, ray) <= -0.5 * length(ray)) continue;
+    const Vec3d to_near = fits.foot[k] - near.centre, to_deep = fits.foot[k] - deep.centre;
+    const bool convex = dot(to_near, near.normal) < 0 && dot(to_near, g) > 0;
+    const bool concave = dot(to_deep, deep.normal) > 0 && dot(to_deep, g) < 0;
+    if (!convex || !concave) continue;
+    const double same = smooth_passage(params.same_low, params.same_high,
+                                       std::max(dot(g, near.normal), dot(g, deep.normal)));
+    (f > 0 ? beyond : within) += nearness(at - fits.foot[k], reach(fits, k, fit, params)) *
+                                 fits.edge[k] * fits.surface[k] * trust[k] * (1 - same) *
+                                 std::max(1 - f * f / 4, 0.0);
+  }
+  return within > beyond ? smooth_passage(0.0003, 0.002, within / all) : 0;
+}
+
 /// The blend on the ray of pixel (u, v), whose reference depth is t0. Fits without residual or with
 /// trust up to 0.01 do not count; those with v < 1/1000 are not met by the ray.
 inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust, const View& view,
@@ -285,6 +320,17 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
     const double first = of_b(a.t, b.t);
     share_c = takes(a.t + first * (b.t - a.t), c.t, ac, some_c);
     share_b = first * (1 - share_c);
+  }
+  // A third face may hold the nearer of A and B, which the deeper would end.
+  if (ab && near(a.t, b.t) && a.weight > 1e-9 * b.weight && some_b > 0 &&
+      std::abs(a.t - b.t) > 0.1) {
+    const auto plane_of = [](const Sheet& s) { return Plane{s.t, s.centre, normalized(s.normal)}; };
+    const bool a_is_near = a.t < b.t;
+    const Plane first = plane_of(a_is_near ? a : b), second = plane_of(a_is_near ? b : a);
+    const double held =
+        held_by(fits, trust, ray, start + ray * (first.t - t0), first, second, all, fit, params);
+    const double unheld = a_is_near ? 0 : some_b * (1 - share_c);
+    share_b += held * (unheld - share_b);
   }
   const std::array shares{1 - share_b - share_c, share_b, share_c};
   const auto tell_apart = [&](const Sheet& p, const Sheet& q) {

@@ -108,10 +108,10 @@ struct Measured {
 /// For n_i.n_j stands, by the roundness, the product of n_j and the quadric's unit gradient at j. A
 /// bevel, (1 - smoothstep(.8, 1, share of F)) (1 - roundness) smoothstep(.4, .55, spread - 2
 /// residual), leaves of e and F what it is not; a face has at least .2 (1 - roundness) (1 -
-/// smoothstep(.1, .3, spread)) of both; all have at least .0005. A fit that lies across an edge
-/// keeps 1 - .9 (1 - roundness) smoothstep(.38, .55, residual / tau) of e. `quadric` is that of the
-/// fit with its offset, `residual` the kernel's own, which residual_of checks; `params` is that of
-/// round_params.
+/// smoothstep(.1, .3, spread)) (1 - across) of both; all have at least .0005. A fit that lies
+/// across an edge, across = (1 - roundness) smoothstep(.38, .55, residual / tau), keeps 1 - .9
+/// across of e. `quadric` is that of the fit with its offset, `residual` the kernel's own, which
+/// residual_of checks; `params` is that of round_params.
 inline Measured measure(const Surroundings& all, std::size_t i, double rho,
                         const std::array<float, 10>& quadric, double residual,
                         const FitParams& params, double roundness = 0) {
@@ -145,7 +145,9 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
   found.spread = std::sqrt(squares / weight);
   const double bevel = (1 - smooth_step(0.8, 1.0, share)) * (1 - roundness) *
                        smooth_step(0.4, 0.55, found.spread - 2 * residual);
-  const double face = 0.2 * (1 - roundness) * (1 - smooth_step(0.1, 0.3, found.spread));
+  const double across = (1 - roundness) * smooth_step(0.38, 0.55, residual / params.tau);
+  const double face =
+      0.2 * (1 - roundness) * (1 - smooth_step(0.1, 0.3, found.spread)) * (1 - across);
   const double least = std::max(0.0005, face);
   // A little beyond the ends, too, where floats may already be between them.
   const auto is_between = [](double x, double low, double high) {
@@ -154,8 +156,7 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
   if (is_between(found.spread - 2 * residual, 0.4, 0.55)) found.steepness += 1.5 / 0.15;
   if (found.spread - 2 * residual > 0.4 - 1e-3) found.slope += 1.5 / 0.2;
   if (is_between(found.spread, 0.1, 0.3)) found.steepness += 0.2 * 1.5 / 0.2;
-  const double across = 0.9 * (1 - roundness) * smooth_step(0.38, 0.55, residual / params.tau);
-  found.edge = std::max(least, found.agreement * (1 - bevel) * (1 - across));
+  found.edge = std::max(least, found.agreement * (1 - bevel) * (1 - 0.9 * across));
   found.firmness = std::max(least, firmness * (1 - bevel));
   return found;
 }

@@ -49,11 +49,16 @@ void see_edges(const FittedSurface& scene, const ParticleFits& fits, const FitPa
   }
 }
 
+// A surface whose particles lie up to `noise` off, particle radii.
+FittedSurface rough_surface(int size, double noise, double (*surface)(double, double)) {
+  Random random(11);
+  return fitted_surface(
+      field(size, 6, [&](double u, double v) { return surface(u, v) + random(-noise, noise); }));
+}
+
 // Of rough particles, whose noise is more than what counts without any.
 void see_supports(Device& device, int size, Worst& support) {
-  Random random(11);
-  const FittedSurface scene = fitted_surface(
-      field(size, 6, [&](double u, double v) { return hills(u, v) + random(-0.5, 0.5); }));
+  const FittedSurface scene = rough_surface(size, 0.5, hills);
   const FitParams params;
   FitParams full = params;
   full.least_support = 1;
@@ -92,6 +97,9 @@ ReferenceErrors particle_fit_case(Device& device, int size) {
     }
     see_edges(scene, before, params, edge, firmness, supporters);
   }
+  // Fits along an edge that their own particles lie off.
+  const FittedSurface rough = rough_surface(size, 0.3, roof);
+  see_edges(rough, fit(device, rough, {}), {}, edge, firmness, supporters);
   see_supports(device, size, support);
   return {equation.error(), residual.error(),   edge.error(),
           firmness.error(), supporters.error(), support.error()};
