@@ -579,7 +579,9 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
   // Where such fits are not trusted nothing is met: the field alone tells whether there is fluid.
   const intv over = height > OVER * all, passed = over & (out.trust > SURELY_OVER);
   out.trust = SELECT(out.trust, (floatv)(0.0f), over & !passed);
-  const floatv doubt = (1.0f - out.trust) * (1.0f - smooth_step(SOME_FIRM, MANY_FIRM, firm));
+  const floatv one_face = 1.0f - counts_by((B.w + C.w) / larger(all, tiny));
+  const floatv doubt =
+      (1.0f - out.trust) * (1.0f - smooth_step(SOME_FIRM, MANY_FIRM, firm) * one_face);
   out.trust = SELECT(1.0f - doubt, out.trust, over | ended);
   const floatv on_edge = SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge);
   out.trust += SELECT(SELECT(on_edge, (floatv)(ENDED), ended), (floatv)(PASSED), passed);

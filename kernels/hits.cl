@@ -27,9 +27,9 @@ inline float leeway_of(global const float* fit) { return fit[15]; }
 #define ALONE 0.002f
 #define COMPANY 0.015f
 
-// From the first such sum on, fits that follow their particles badly are trusted the more for being among
-// many firm ones, from the second on fully: beside a gap between particles the density field, which would
-// decide there, has a pit.
+// From the first such sum on, fits of one sheet that follow their particles badly are trusted the more for
+// being among many firm ones, from the second on fully: beside a gap between particles the density field,
+// which would decide there, has a pit.
 #define SOME_FIRM 0.8f
 #define MANY_FIRM 1.4f
 

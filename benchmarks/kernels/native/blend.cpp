@@ -571,7 +571,8 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   edge |= (within > least) & (within > beyond);
   const Ints over = height > kOver * weights, passed = over & (out.trust > kSurelyOver);
   out.trust = over & ~passed ? none : out.trust;
-  const Floats doubt = (1.0f - out.trust) * (1.0f - smooth_step(0.8f, 1.4f, firm));
+  const Floats one_face = 1.0f - smooth_step(0.003f, 0.02f, (B.w + C.w) / larger(weights, tiny));
+  const Floats doubt = (1.0f - out.trust) * (1.0f - smooth_step(0.8f, 1.4f, firm) * one_face);
   out.trust = over | ended ? out.trust : 1.0f - doubt;
   out.trust += passed ? all(8.0f) : ended ? all(4.0f) : edge ? all(2.0f) : none;
   return out;

@@ -365,8 +365,12 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
                 (ac && near(a.t, c.t) && c.weight > 0.03 * a.weight);
 
   end_at_hidden(fits, trust, ray, start + ray * (out.depth - t0), shown, fit, params, &out);
-  // Among many firm fits the field, which has pits in gaps between particles, is asked less.
-  if (!over && !out.ended) out.trust = 1 - (1 - out.trust) * (1 - smooth_passage(0.8, 1.4, firm));
+  // Among many firm fits of one sheet the field, which has pits in gaps between particles, is asked
+  // less.
+  if (!over && !out.ended) {
+    const double one_face = 1 - smooth_passage(0.003, 0.02, (b.weight + c.weight) / all);
+    out.trust = 1 - (1 - out.trust) * (1 - one_face * smooth_passage(0.8, 1.4, firm));
+  }
   return out;
 }
 
