@@ -177,7 +177,7 @@ Particles pick_evened(const ParticleSource& source, const PartedFrame& frame,
   return exchanged(source.team(), kept).particles;
 }
 
-// Marks what cannot be used, which has been notices before.
+// Marks what cannot be used, which has been reported before.
 void check_values(WorldParticles& world) {
   VelocityCheck velocities;
   for (Vec3& velocity : world.velocity) velocity = velocities.checked(velocity, 0);
