@@ -15,7 +15,6 @@ constexpr double kOnEdge = 0.3;     // e up to which a fit's particle may lie on
 constexpr double kOffEdge = 0.6;    // least e of fits within a face
 constexpr double kLeastEdge = 0.1;  // e of a face,
 constexpr double kFlat = 0.3;       // its spread, particle radii,
-constexpr double kRough = 0.5;      // least spread of a fit that follows no face, particle radii
 constexpr double kOff = 0.2;        // how far off a face a particle may be, too, particle radii
 constexpr double kTowards = -0.1;   // least cosine of a face's normal and the fit's
 constexpr double kSameFace = 0.7;   // cosine from which two fits are of one face
@@ -57,10 +56,8 @@ TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<doub
   for (std::size_t b = 0; b < fits.size(); ++b) {
     const double edged = 1 - double{fits.roundness[b]};
     const double bevel = edged * (1 - smooth_step(kBevel, kNoBevel, fits.edge[b]));
-    const double on_edge = edged * (1 - smooth_step(kOnEdge, kOffEdge, fits.edge[b])) *
-                           (1 - smooth_step(kFlat, kRough, fits.spread[b]));
-    const double most = std::max(bevel, on_edge);
-    if (fits.residual[b] < 0 || !(most > 0)) continue;
+    const double on_edge = edged * (1 - smooth_step(kOnEdge, kOffEdge, fits.edge[b]));
+    if (fits.residual[b] < 0 || !(on_edge > 0)) continue;
     if (cells.item.empty()) cells = make_cells(fits.position, kFaceReach);
     const Vec3d& at = fits.position[b];
     std::vector<std::pair<double, std::size_t>> near;  // distance, fit
@@ -83,9 +80,9 @@ TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<doub
       const double before = -there.value / length(there.gradient);
       if (!(std::abs(before - offset) < kOff)) continue;
       taken.push_back(normal);
-      // Nothing stands in for the face that b follows itself.
+      // Nothing stands in for the face that b follows itself, if it follows one.
       const double own = smooth_step(kOther, kOwn, dot(normal, fits.normal[b]));
-      const double counts = most + own * (bevel - most);
+      const double counts = on_edge + own * (bevel - on_edge);
       if (!(counts > 0)) continue;
       add_face(fits, k, b, counts, there, faces.fits);
       faces.trust.push_back(trust[k]);

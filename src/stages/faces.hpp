@@ -20,10 +20,10 @@ struct TrustedFits {
 
 /// At each fit on an edge the faces on which its particle lies, at most one for each direction: of
 /// the fits within kFaceReach whose normal is less than 96 degrees off the nearest, whose quadric
-/// goes on to that particle. They are seen as it is, and count as far as the fit is a bevel,
-/// (1 - η) (1 - smoothstep(.01, .03, e)) with its roundness η, or follows another face at an edge,
-/// (1 - η) (1 - smoothstep(.3, .6, e)) (1 - smoothstep(.3, .5, S)) with its spread S, for normals
-/// whose product with its own is below .72 to .8. Groups have none: a small e tells that they fade.
+/// goes on to that particle. They are seen as it is, and count as far as the fit is at an edge,
+/// (1 - η) (1 - smoothstep(.3, .6, e)) with its roundness η; those whose normal is its own, by
+/// smoothstep(.72, .8) of their product, as far as it is a bevel, (1 - η) (1 - smoothstep(.01, .03,
+/// e)). Groups have none: a small e tells that they fade.
 TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<double>& trust,
                                 double offset);
 
