@@ -7,7 +7,6 @@
 #include <cstring>
 #include <functional>
 #include <numbers>
-#include <ranges>
 #include <utility>
 
 #include "base/exact_math.hpp"
@@ -20,7 +19,7 @@ namespace {
 constexpr std::array kReaches{2.0, 2.5, 3.0, 4.0};  // of a sphere, nearest distances
 constexpr std::size_t kTaken = 1;                   // of these
 
-constexpr std::size_t kAtOnce = 64;  // positions whose distances are told together
+constexpr std::size_t kAtOnce = 64;  // positions that are looked at together
 
 // Of particles strewn without any order, the thinnest fluid, s is 1.8 times that distance; of a
 // splashing fluid 1.27 times.
@@ -68,12 +67,16 @@ class Sorted {
   /// The sums of 1 - (d/R)^2 for each R of kReaches, in units of `apart` (world units).
   std::array<double, kReaches.size()> held_around(std::size_t k, double apart) const {
     constexpr double kMost = kReaches.back() * kReaches.back();
-    const auto in_reach = [&](std::size_t j) {
-      return squared_along(0, k, j) / (apart * apart) <= kMost;
+    const std::vector<float>& along = places_[0];
+    const auto in_reach = [&](float x) {
+      const double d = double{x} - along[k];
+      return d * d / (apart * apart) <= kMost;
     };
-    std::size_t first =
-        *std::ranges::partition_point(std::views::iota(std::size_t{0}, k), std::not_fn(in_reach));
-    const std::size_t last = *std::ranges::partition_point(std::views::iota(k, size()), in_reach);
+    const auto own = along.begin() + static_cast<std::ptrdiff_t>(k);
+    auto first = static_cast<std::size_t>(
+        std::partition_point(along.begin(), own, std::not_fn(in_reach)) - along.begin());
+    const auto last =
+        static_cast<std::size_t>(std::partition_point(own, along.end(), in_reach) - along.begin());
     std::array<double, kReaches.size()> sum{};
     std::array<std::size_t, kAtOnce> near;
     for (; first < last; first += kAtOnce) {
@@ -98,9 +101,11 @@ class Sorted {
     const float at_y = y[k], at_z = z[k];
     const float most = static_cast<float>(1.001 * reach);  // with room for rounding
     std::array<std::uint8_t, kAtOnce> is_near{};
-    for (std::size_t n = 0; n < count; ++n)
-      is_near[n] =
-          (std::abs(y[first + n] - at_y) <= most) & (std::abs(z[first + n] - at_z) <= most);
+    for (std::size_t n = 0; n < count; ++n) {
+      const int along_y = std::abs(y[first + n] - at_y) <= most;
+      const int along_z = std::abs(z[first + n] - at_z) <= most;
+      is_near[n] = static_cast<std::uint8_t>(along_y & along_z);
+    }
     std::size_t found = 0;
     for (std::size_t eight = 0; eight < kAtOnce; eight += 8) {
       std::uint64_t any = 0;
