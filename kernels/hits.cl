@@ -54,8 +54,8 @@ inline float leeway_of(global const float* fit) { return fit[15]; }
 #define VOUCHING 1e-3f
 #define VOUCHING_SURE 3e-4f
 
-// A face that holds the nearer of two sheets counts from the first on, and fully from the second, of what
-// the ray meets weighs. Sheets nearer to each other than MEETING are as good as met.
+// Third faces hold the nearer of two sheets from the first of these on, and fully from the second: their
+// weight over that of all that the ray meets. Sheets nearer to each other than MEETING are as good as met.
 #define HOLDING 0.0003f
 #define HOLDING_SURE 0.002f
 #define MEETING 0.1f  // particle radii
