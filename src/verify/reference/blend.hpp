@@ -123,6 +123,33 @@ inline double same_sheet(const Vec3d& a, const Vec3d& b, const BlendParams& para
   return smooth_passage(params.same_low, params.same_high, dot(a, b));
 }
 
+/// A fit at a point: f and its unit gradient, its own weight e u T, and what that is worth there.
+struct FaceValue {
+  std::size_t fit;
+  double f;
+  Vec3d gradient;
+  double own, weight;
+};
+
+/// The fits that are steep to the ray or face away, at a point.
+inline std::vector<FaceValue> steep_faces(const ParticleFits& fits,
+                                          const std::vector<double>& trust, const Vec3d& ray,
+                                          const Vec3d& at, const FitParams& fit,
+                                          const BlendParams& params) {
+  std::vector<FaceValue> faces;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    if (!counts(fits, trust, k)) continue;
+    Vec3d g;
+    const double unscaled = value(fits, k, at, &g), f = unscaled / length(g);
+    g = g / length(g);
+    if (dot(g, ray) <= -0.5 * length(ray)) continue;
+    const double own = fits.edge[k] * fits.surface[k] * trust[k];
+    const double near = nearness(at - fits.foot[k], reach(fits, k, fit, params));
+    faces.push_back({k, f, g, own, near * own * std::max(1 - f * f / 4, 0.0)});
+  }
+  return faces;
+}
+
 /// Sheet R: what faces away near a point of the surface, with another normal, may end it. R and
 /// steep faces that meet the surface in a convex edge vouch for a point within them.
 ///
@@ -134,19 +161,11 @@ inline void end_at_hidden(const ParticleFits& fits, const std::vector<double>& t
   double weight = 0, level = 0, within = 0, beyond = 0;
   double strong = 0, outside = 0, strong_outside = 0;
   Vec3d centre, normal;
-  for (std::size_t k = 0; k < fits.size(); ++k) {
-    if (!counts(fits, trust, k)) continue;
-    Vec3d g;
-    const double steep = value(fits, k, at, &g), f = steep / length(g);
-    g = g / length(g);
-    if (dot(g, ray) <= -0.5 * length(ray)) continue;
-    const double w = nearness(at - fits.foot[k], reach(fits, k, fit, params)) * fits.edge[k] *
-                     fits.surface[k] * trust[k] * (1 - same_sheet(g, out->normal, params)) *
-                     std::max(1 - f * f / 4, 0.0);
+  for (const auto& [k, f, g, own, counted] : steep_faces(fits, trust, ray, at, fit, params)) {
+    const double w = counted * (1 - same_sheet(g, out->normal, params));
     const Vec3d to = fits.foot[k] - shown;
     if (dot(to, out->normal) < 0 && dot(to, g) > 0) (f > 0 ? beyond : within) += w;
     if (dot(g, ray) <= 0) continue;
-    const double own = fits.edge[k] * fits.surface[k] * trust[k];
     weight += w;
     strong += w * own;
     if (f >= 0) outside += w;
@@ -179,21 +198,14 @@ inline double held_by(const ParticleFits& fits, const std::vector<double>& trust
                       const Vec3d& at, const Plane& near, const Plane& deep, double all,
                       const FitParams& fit, const BlendParams& params) {
   double within = 0, beyond = 0;
-  for (std::size_t k = 0; k < fits.size(); ++k) {
-    if (!counts(fits, trust, k)) continue;
-    Vec3d g;
-    const double steep = value(fits, k, at, &g), f = steep / length(g);
-    g = g / length(g);
-    if (dot(g, ray) <= -0.5 * length(ray)) continue;
+  for (const auto& [k, f, g, own, counted] : steep_faces(fits, trust, ray, at, fit, params)) {
     const Vec3d to_near = fits.foot[k] - near.centre, to_deep = fits.foot[k] - deep.centre;
     const bool convex = dot(to_near, near.normal) < 0 && dot(to_near, g) > 0;
     const bool concave = dot(to_deep, deep.normal) > 0 && dot(to_deep, g) < 0;
     if (!convex || !concave) continue;
-    const double same = smooth_passage(params.same_low, params.same_high,
-                                       std::max(dot(g, near.normal), dot(g, deep.normal)));
-    (f > 0 ? beyond : within) += nearness(at - fits.foot[k], reach(fits, k, fit, params)) *
-                                 fits.edge[k] * fits.surface[k] * trust[k] * (1 - same) *
-                                 std::max(1 - f * f / 4, 0.0);
+    const double same =
+        std::max(same_sheet(g, near.normal, params), same_sheet(g, deep.normal, params));
+    (f > 0 ? beyond : within) += counted * (1 - same);
   }
   return within > beyond ? smooth_passage(0.0003, 0.002, within / all) : 0;
 }
