@@ -267,7 +267,7 @@ inline void add_normal(const Sums* s, const floatv z, const floatv share, floatv
 // A fit at a point: its value, a distance there, and unit gradient; its weight where the fluid ends, less
 // the farther the point lies off its surface.
 typedef struct {
-  floatv f, gx, gy, gz, weight;
+  floatv f, gx, gy, gz, weight, per_slope;
 } FaceValue;
 
 // Returns whether any of the points (x, y, z) is within the fit's reach.
@@ -287,6 +287,7 @@ inline int face_at(const Fits fits, const int fit, const floatv x, const floatv 
   face->gx = gx * slope;
   face->gy = gy * slope;
   face->gz = gz * slope;
+  face->per_slope = slope;
   face->weight = g[13] * q * q * q * larger(1.0f - 0.25f * f * f, none);
   return 1;
 }
@@ -294,6 +295,34 @@ inline int face_at(const Fits fits, const int fit, const floatv x, const floatv 
 // The product of a unit normal and a ray's direction from which on a face is steep, or turns away.
 inline floatv steep_for(const Sample s) {
   return -STEEP * sqrt(square_of(s.dx, s.dy, (floatv)(1.0f)));
+}
+
+// Sums over round fits of the sheet that is shown, as far as they are steep to the ray or turn away:
+// weights, values at the blended point, and how these change along the ray. Where a drop or an arm turns
+// away, the ray misses one of its fits after the other, and the last one that it meets would be drawn as
+// a flag beside the outline.
+typedef struct {
+  floatv w, f, along, bend;
+} Turning;
+
+inline void add_turning(Turning* sum, global const float* g, const Sample s, const FaceValue* face,
+                        const floatv along, const floatv weight) {
+  const floatv x = fma((floatv)(g[4]), s.dx, fma((floatv)(g[7]), s.dy, (floatv)(-g[9]))),
+               y = fma((floatv)(g[5]), s.dy, (floatv)(-g[8]));
+  const floatv bend = fma(x, s.dx, fma(y, s.dy, (floatv)(g[6]))) * face->per_slope;
+  sum->w += weight;
+  sum->f = fma(weight, face->f, sum->f);
+  sum->along = fma(weight, along, sum->along);
+  sum->bend = fma(weight, bend, sum->bend);
+}
+
+// How high above the mean of these fits and of those that the ray meets, which it touches at that point,
+// the ray passes; below 0 where it enters. `met` is what the latter weigh, `entering` how their values
+// change along the ray.
+inline floatv height_over(const Turning* sum, const floatv met, const floatv entering) {
+  const floatv per = 1.0f / larger(sum->w + met, (floatv)(1e-30f));
+  const floatv f = sum->f * per, along = (sum->along + entering) * per;
+  return f - 0.25f * along * along / larger(sum->bend * per, (floatv)(LEAST_BEND));
 }
 
 // How far the nearer of two sheets that meet in a convex edge stays, because a third face holds it: one
@@ -523,6 +552,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
                my = fma(a.cy, of_a, fma(b.cy, of_b, c.cy * of_c)),
                mz = fma(a.cz, of_a, fma(b.cz, of_b, c.cz * of_c));
   floatv within = wr, beyond = wr;  // what faces weigh that the point lies in, and outside of
+  Turning turning = {wr, wr, wr, wr};
   const floatv steep = steep_for(s);
   const Box box = box_of(ex, ey, -out.depth, out.depth < INFINITY);
   for (int from = 0; from < listed.rim.count; from += BLOCK) {
@@ -535,10 +565,16 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       global const float* foot = fits.foot + 4 * fit;
       FaceValue face;
       if (!face_at(fits, fit, ex, ey, -out.depth, &face)) continue;
-      const floatv same = smooth_step(same_low, same_high,
-                                      dot_of(face.gx, face.gy, face.gz, out.nx, out.ny, out.nz));
-      const floatv weight = face.weight * (1.0f - same);
+      const floatv cosine = dot_of(face.gx, face.gy, face.gz, out.nx, out.ny, out.nz);
+      const floatv weight = face.weight * (1.0f - smooth_step(same_low, same_high, cosine));
       const floatv along = fma(face.gx, s.dx, fma(face.gy, s.dy, -face.gz));
+      global const float* g = fits.record + FIT * fit;
+      if (g[15] > 0.5f * ROUNDEST) {
+        const floatv same = smooth_step(same_low, same_high, leeway_of(g) + cosine) *
+                            smooth_step(0.5f * ROUNDEST, ROUNDEST, (floatv)(g[15]));
+        const floatv turned = SELECT((floatv)(0.0f), face.weight * same, along > steep);
+        add_turning(&turning, g, s, &face, along, turned);
+      }
       const floatv tx = foot[0] - mx, ty = foot[1] - my, tz = foot[2] - mz;
       const intv convex = (dot_of(tx, ty, tz, out.nx, out.ny, out.nz) < 0.0f) &
                           (dot_of(tx, ty, tz, face.gx, face.gy, face.gz) > 0.0f);
@@ -546,7 +582,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
       within += SELECT(hidden, (floatv)(0.0f), face.f > 0.0f);
       beyond += SELECT((floatv)(0.0f), hidden, face.f > 0.0f);
       const floatv w = SELECT((floatv)(0.0f), weight, along > 0.0f);
-      const floatv own = (floatv)(fits.record[FIT * fit + 13]);
+      const floatv own = (floatv)(g[13]);
       const floatv out_w = SELECT(w, (floatv)(0.0f), face.f < 0.0f);
       wr += w;
       outside += out_w;
@@ -576,8 +612,11 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
               smooth_step(ALONE, COMPANY, firm);
   const floatv least = SELECT((floatv)(VOUCHING), (floatv)(VOUCHING_SURE), out.trust >= 1.0f);
   edge |= (within > least) & (within > beyond);
+  const floatv entering = dot_of(A.nx + B.nx + C.nx, A.ny + B.ny + C.ny, A.nz + B.nz + C.nz, s.dx, s.dy,
+                                 (floatv)(-1.0f));
+  const intv over = (height > OVER * all) | (height_over(&turning, all, entering) > OVER);
   // Where such fits are not trusted nothing is met: the field alone tells whether there is fluid.
-  const intv over = height > OVER * all, passed = over & (out.trust > SURELY_OVER);
+  const intv passed = over & (out.trust > SURELY_OVER);
   out.trust = SELECT(out.trust, (floatv)(0.0f), over & !passed);
   const floatv one_face = 1.0f - counts_by((B.w + C.w) / larger(all, tiny));
   const floatv doubt =

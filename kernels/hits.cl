@@ -36,10 +36,12 @@ inline float leeway_of(global const float* fit) { return fit[15]; }
 // A ray that passes by a fit's fluid, but less than GRAZE above it, meets it where it comes nearest:
 // weights fade (fade_hit) instead of breaking off where a sheet turns away from the eye. From OVER on,
 // in the mean of the fits that it meets, it has passed by the surface, if they are trusted by more than
-// SURELY_OVER.
+// SURELY_OVER; and so it has in the mean of all round fits near the point (Turning), whose bend along the
+// ray counts as LEAST_BEND at least.
 #define GRAZE 0.3f  // particle radii
 #define OVER 0.06f
 #define SURELY_OVER 0.8f
+#define LEAST_BEND 0.02f  // of f over the square of the depth, one over particle radii
 
 // Hidden faces hold a point that lies within them by no more than this.
 #define WITHIN -0.05f  // particle radii

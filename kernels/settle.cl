@@ -15,6 +15,7 @@
 typedef struct {
   floatv depth;       // +infinity: nowhere, or already reached at the start
   floatv nx, ny, nz;  // unit outward normal, eye axes
+  floatv most;        // the largest value found on the way, up to the level
 } Crossing;
 
 // VECTORS times WIDTH lanes from place `begin` on, whose rays share a search. Returns how many
@@ -56,7 +57,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
                                const floatv from, const floatv to, const float level,
                                const intv wanted, Around* around, Probes* probes) {
   const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
-  Crossing crossing = {nowhere, none, none, none};
+  Crossing crossing = {nowhere, none, none, none, none};
   const Lines line = lines_of(r);
   Near near;
   const floatv at = line.length * probes->at, end = line.length * to;
@@ -89,6 +90,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       fresh &= !here;
       low = SELECT(low, l, below);
       short_of = SELECT(short_of, c - level, below);
+      crossing.most = SELECT(crossing.most, larger(crossing.most, smaller(c, (floatv)(level))), here);
       // Twice what the steepest rise on usual frames, 4/3 levels a radius, needs to the level. What
       // a step passes over is shorter than half a radius, at a lone particle than a tenth of one.
       const floatv wish = fma(sum, (floatv)(per_sum), (floatv)(1.5f));
@@ -265,7 +267,11 @@ inline floatv search_to(const floatv t, const floatv t0, const FieldLimits limit
 // nothing outside the fluid: with less trust the contour draws in to where the field has its own.
 // And it gives way where it disagrees with the field, as far as it is compared with it, but for convex
 // creases, which the field rounds.
-// Where there is no field to follow, the larger share decides.
+// Where the field does not reach its level, the blend stays as far as the field comes near it: less trust
+// asks for more. So outlines run between those of fits and field. On convex edges, which the field
+// rounds, the larger share decides.
+#define NEARLY 0.1f  // of the level, with as much trust as doubt
+
 inline void follow(const int* at, const intv listed, const int n, const Rays r,
                    const floatv last, global const float* reference, global const float* trust,
                    global float* depth, global float* normal, global int* group,
@@ -296,7 +302,10 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
     const floatv keeps = 1.0f - compared_at(carried.trust) * (1.0f - agreement);
     share = SELECT(share, share * keeps, compared & !carried.on_edge);
   }
-  const floatv choice = SELECT(none, (floatv)(1.0f), share > 0.5f);
+  const floatv missing = limits.level - c.most;
+  const intv near_it = (1.0f - share) * missing < (NEARLY * limits.level) * share;
+  const intv stays = (carried.on_edge & (share > 0.5f)) | (!carried.on_edge & near_it);
+  const floatv choice = SELECT(none, (floatv)(1.0f), stays);
   share = SELECT(choice, share, crossed);
   const intv changed = listed & (share < 1.0f), both = share > 0.0f;
   const intv drawn = changed & crossed, gone = changed & !crossed;

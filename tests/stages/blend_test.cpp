@@ -169,6 +169,44 @@ TEST_P(Blend, DepthsOfGrazingRaysCountLess) {
   }
 }
 
+// Where a drop turns away the ray misses one fit after the other. The last one that it meets would
+// stick out of the outline as a flag.
+TEST_P(Blend, AFitThatSticksOutOfARoundOutlineIsPassedBy) {
+  const View view = frontal_view(16, 16);
+  const SampleGrid grid{41, 41, 7.75f, 0.025f};
+  const Vec3d centre{-4, 0, -20};
+  Scene drop, alone;
+  const auto add = [](Scene& scene, const Vec3d& foot, const Vec3d& outward) {
+    scene.add(foot, outward, 1, 0.2);
+    scene.fits.roundness.back() = 1;
+  };
+  Random random(5);
+  for (int k = 0; k < 200; ++k) {
+    const double x = random(-1, 1), y = random(-1, 1), z = random(-1, 1);
+    const Vec3d outward = normalized(Vec3d{x, y, z});
+    add(drop, centre + outward * 5, outward);
+  }
+  for (Scene* scene : {&drop, &alone}) add(*scene, centre + Vec3d{5.6, 0, 0}, {1, 0, 0});
+  const Samples with = blended(device_, view, grid, drop, 20),
+                without = blended(device_, view, grid, alone, 20);
+  std::size_t over = 0, in = 0;
+  for (std::size_t s = 0; s < grid.size(); ++s) {
+    const double u = u_of(grid, s), v = v_of(grid, s);
+    const Vec3d ray = normalized(ray_direction(view, u, v)), to = centre - point_at(view, u, v, 0);
+    const double height = length(to - ray * dot(to, ray)) - 5;
+    if (height < -0.2) {
+      ++in;
+      EXPECT_FALSE(with.ended[s]) << u << " " << v;
+    } else if (height > 0.15 && height < 0.5 && without.map.depth[s] < kNoSurface) {
+      ++over;
+      EXPECT_TRUE(with.ended[s]) << u << " " << v;
+      EXPECT_FALSE(without.ended[s]) << u << " " << v;
+    }
+  }
+  EXPECT_GT(over, 100u);
+  EXPECT_GT(in, 100u);
+}
+
 TEST_P(Blend, FitsThatAreNotFirmAreTrustedAsFarAsTheyWeigh) {
   const View view = frontal_view(37, 21);
   const std::size_t centre = 10 * 37 + 18;  // its ray is the axis and meets the foot

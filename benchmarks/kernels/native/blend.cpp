@@ -11,7 +11,8 @@ constexpr int kCached = 48;
 constexpr int kBlock = 128;  // fits of a list that are met before they are weighed
 constexpr float kPull = 0.75f, kRoundPull = -0.2f, kRoundest = 0.9f;  // of hits.cl
 constexpr float kGraze = 0.3f, kOver = 0.06f, kSurelyOver = 0.8f, kWithin = -0.05f, kSteep = 0.5f,
-                kVouching = 1e-3f, kVouchingSure = 3e-4f, kCredible = 0.05f, kMeeting = 0.1f;
+                kVouching = 1e-3f, kVouchingSure = 3e-4f, kCredible = 0.05f, kMeeting = 0.1f,
+                kLeastBend = 0.02f;
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kTiny = 1e-30f;
 
 struct Sample {
@@ -276,7 +277,7 @@ struct Listed {
 
 // A fit at a point, and its weight where the fluid ends.
 struct FaceValue {
-  Floats f, gx, gy, gz, weight;
+  Floats f, gx, gy, gz, weight, per_slope;
 };
 
 // Returns whether any of the points is within the fit's reach.
@@ -292,6 +293,7 @@ struct FaceValue {
   face.gy *= slope;
   face.gz *= slope;
   const Floats q = larger(1.0f - squared, Floats{});
+  face.per_slope = slope;
   face.weight = g[13] * q * q * q * larger(1.0f - 0.25f * face.f * face.f, Floats{});
   return true;
 }
@@ -299,6 +301,29 @@ struct FaceValue {
 inline Floats steep_for(const Sample& s) {
   return -kSteep * root(square_of(s.dx, s.dy, all(1.0f)));
 }
+
+// Sums over round fits of the sheet that is shown, as far as they are steep to the ray or turn
+// away.
+struct Turning {
+  Floats w{}, f{}, along{}, bend{};
+
+  void add(const float* g, const Sample& s, const FaceValue& face, const Floats& slope,
+           const Floats& weight) {
+    const Floats x = fused(all(g[4]), s.dx, fused(all(g[7]), s.dy, all(-g[9]))),
+                 y = fused(all(g[5]), s.dy, all(-g[8]));
+    const Floats bent = fused(x, s.dx, fused(y, s.dy, all(g[6]))) * face.per_slope;
+    w += weight;
+    f = fused(weight, face.f, f);
+    along = fused(weight, slope, along);
+    bend = fused(weight, bent, bend);
+  }
+  // How high above their mean, and that of what the ray meets, the ray passes.
+  Floats height_over(const Floats& met, const Floats& entering) const {
+    const Floats per = 1.0f / larger(w + met, all(kTiny));
+    const Floats mean = f * per, slope = (along + entering) * per;
+    return mean - 0.25f * slope * slope / larger(bend * per, all(kLeastBend));
+  }
+};
 
 inline Middle either_sheet(const Middle& a, const Middle& b, const Ints& first) {
   return {first ? a.z : b.z,   first ? a.cx : b.cx, first ? a.cy : b.cy, first ? a.cz : b.cz,
@@ -525,6 +550,7 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
   const Floats end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
   Floats wr{}, fr{}, crx{}, cry{}, crz{}, nrx{}, nry{}, nrz{}, within{}, beyond{};
   Floats outside{}, strong{}, strong_outside{};
+  Turning turning;
   const Floats mx = fused(a.cx, of_a, fused(b.cx, of_b, c.cx * of_c)),
                my = fused(a.cy, of_a, fused(b.cy, of_b, c.cy * of_c)),
                mz = fused(a.cz, of_a, fused(b.cz, of_b, c.cz * of_c));
@@ -536,9 +562,15 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       const float *const g = fit_at(fit), *const foot = foot_of(fit);
       FaceValue face;
       if (!face_at(g, foot, ex, ey, -out.depth, face)) continue;
-      const auto& [f, gx, gy, gz, counts] = face;
-      const Floats weight = counts * (1.0f - same(dot_of(gx, gy, gz, out.nx, out.ny, out.nz)));
+      const auto& [f, gx, gy, gz, counts, per_slope] = face;
+      const Floats cosine = dot_of(gx, gy, gz, out.nx, out.ny, out.nz);
+      const Floats weight = counts * (1.0f - same(cosine));
       const Floats along = fused(gx, s.dx, fused(gy, s.dy, -gz));
+      if (g[15] > 0.5f * kRoundest) {
+        const Floats belongs =
+            same(g[15] + cosine) * smooth_step(0.5f * kRoundest, kRoundest, all(g[15]));
+        turning.add(g, s, face, along, along > steep ? counts * belongs : none);
+      }
       const Floats tx = foot[0] - mx, ty = foot[1] - my, tz = foot[2] - mz;
       const Ints convex = (dot_of(tx, ty, tz, out.nx, out.ny, out.nz) < 0.0f) &
                           (dot_of(tx, ty, tz, gx, gy, gz) > 0.0f);
@@ -569,7 +601,10 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       smaller(1.001f * weights / larger(trust, tiny), one) * smooth_step(0.002f, 0.015f, firm);
   const Floats least = out.trust >= 1.0f ? all(kVouchingSure) : all(kVouching);
   edge |= (within > least) & (within > beyond);
-  const Ints over = height > kOver * weights, passed = over & (out.trust > kSurelyOver);
+  const Floats entering =
+      dot_of(A.nx + B.nx + C.nx, A.ny + B.ny + C.ny, A.nz + B.nz + C.nz, s.dx, s.dy, all(-1.0f));
+  const Ints over = (height > kOver * weights) | (turning.height_over(weights, entering) > kOver);
+  const Ints passed = over & (out.trust > kSurelyOver);
   out.trust = over & ~passed ? none : out.trust;
   const Floats one_face = 1.0f - smooth_step(0.003f, 0.02f, (B.w + C.w) / larger(weights, tiny));
   const Floats doubt = (1.0f - out.trust) * (1.0f - smooth_step(0.8f, 1.4f, firm) * one_face);

@@ -7,7 +7,7 @@ namespace meniscus::bench::native {
 namespace {
 
 constexpr float kNowhere = std::numeric_limits<float>::infinity(), kWindow = 8.0f;
-constexpr float kNewton = 1.0f / 2048.0f;
+constexpr float kNewton = 1.0f / 2048.0f, kNearly = 0.1f;
 constexpr int kTakes = kWidth * kVectors, kRefine = 8;
 
 inline float least_wanted(const Floats& t, const Ints& wanted) {
@@ -30,7 +30,7 @@ inline int load_work(const Lists& lists, int tile, int place, Lanes* lanes, Arou
 }
 
 struct Crossing {
-  Floats depth = all(kNowhere), nx{}, ny{}, nz{};
+  Floats depth = all(kNowhere), nx{}, ny{}, nz{}, most{};
 };
 
 // Depths of rays at which the density is measured, and what it is.
@@ -74,6 +74,7 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
       fresh &= ~here;
       low = below ? l : low;
       short_of = below ? c - level : short_of;
+      crossing.most = here ? larger(crossing.most, smaller(c, all(level))) : crossing.most;
       const Floats step = fused(sum, all(per_sum), all(1.5f));
       l = below ? l + smaller(larger(step, all(0.3f)), all(1.0f)) : l;
       steps -= here;
@@ -221,7 +222,10 @@ void follow(const Follow& in, const Lanes& lanes, const Floats& last, Around& ar
     const Floats keeps = 1.0f - mark * mark * (1.0f - agreement);
     share = compared & ~trust.on_edge ? share * keeps : share;
   }
-  share = crossed ? share : share > 0.5f ? one : none;
+  const Floats missing = in.level - c.most;
+  const Ints near_it = (1.0f - share) * missing < (kNearly * in.level) * share;
+  const Ints stays = (trust.on_edge & (share > 0.5f)) | (~trust.on_edge & near_it);
+  share = crossed ? share : stays ? one : none;
   const Ints changed = lanes.used & (share < 1.0f), both = share > 0.0f;
   const Ints drawn = changed & crossed, gone = changed & ~crossed;
   const Floats rest = 1.0f - share;

@@ -150,6 +150,32 @@ inline std::vector<FaceValue> steep_faces(const ParticleFits& fits,
   return faces;
 }
 
+/// How high above the mean of the round fits of the shown sheet that are steep to the ray, or turn
+/// away, and of those that the ray meets it passes; below 0 where it enters.
+///
+///   at       where the ray touches those that it meets
+///   normal   of what is shown there
+///   met      what they weigh
+///   falling  their weights times how their values change along the ray
+inline double height_over(const ParticleFits& fits, const std::vector<double>& trust,
+                          const Vec3d& ray, const Vec3d& at, const Vec3d& normal, double met,
+                          double falling, const FitParams& fit, const BlendParams& params) {
+  double weight = met, level = 0, along = falling, bend = 0;
+  for (const auto& [k, f, g, own, counted] : steep_faces(fits, trust, ray, at, fit, params)) {
+    const double round = 0.9 * fits.roundness[k];
+    const double w = counted * smooth_passage(0.45, 0.9, round) *
+                     smooth_passage(params.same_low, params.same_high, dot(g, normal) + round);
+    Vec3d unscaled, beyond;
+    const double here = value(fits, k, at, &unscaled);
+    const double square = value(fits, k, at + ray, &beyond) - here - dot(unscaled, ray);
+    weight += w;
+    level += w * f;
+    along += w * dot(g, ray);
+    bend += w * square / length(unscaled);
+  }
+  return (level - along * along / (4 * std::max(bend, 0.02 * weight))) / weight;
+}
+
 /// Sheet R: what faces away near a point of the surface, with another normal, may end it. R and
 /// steep faces that meet the surface in a convex edge vouch for a point within them.
 ///
@@ -298,7 +324,7 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
       sheet.cancelled += length(pull) * (std::abs(sheet.t - t0) + std::abs(hit.t - t0));
     }
   }
-  const auto& [a, b, c] = sheets;
+  const Sheet &a = sheets[0], &b = sheets[1], &c = sheets[2];
   // How far each sheet's centre lies over the other's plane: convex where both lie behind.
   const auto side = [](const Sheet& p, const Sheet& q) {
     return dot(q.centre - p.centre, normalized(p.normal) - normalized(q.normal));
@@ -370,7 +396,12 @@ inline Blended blend(const ParticleFits& fits, const std::vector<double>& trust,
       out.cancelled = std::max(out.cancelled, sheet.cancelled / length(sheet.blended));
   // Hardly more than the rim of a weight, or than bevels, is not trusted.
   out.trust = std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.002, 0.015, firm);
-  const bool over = height > 0.06 * all;
+  Vec3d gradients;
+  for (const Sheet& sheet : sheets) gradients += sheet.normal;
+  const double mean_height =
+      height_over(fits, trust, ray, start + ray * (out.depth - t0), out.normal, all,
+                  dot(gradients, ray), fit, params);
+  const bool over = height > 0.06 * all || mean_height > 0.06;
   out.passed = over && out.trust > 0.8;
   if (over && !out.passed) out.trust = 0;  // nothing is met
   out.on_edge = (ab && near(a.t, b.t) && b.weight > 0.03 * a.weight) ||

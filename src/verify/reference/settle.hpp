@@ -214,6 +214,18 @@ inline Crossing first_crossing(const FieldOnRay& ray, double from, double to, do
   return c;
 }
 
+/// The largest value, up to the level, that the steps of first_crossing find where nothing is
+/// crossed.
+inline double most_on_steps(const FieldOnRay& ray, double from, double to, double level) {
+  double most = 0;
+  for (double t = from; t <= to && most < level;) {
+    const double c = ray.levelled(t);
+    most = std::max(most, std::min(c, level));
+    t += std::clamp(1.5 * (1 - c / level), 0.3, 1.0) / ray.speed;
+  }
+  return most;
+}
+
 /// A blended sample's share against the field: its trust on a kept triangle. Elsewhere the contour
 /// ends it where the density falls below `contour`, 0.1 (1 - trust) more with less trust, in one
 /// step where it is trusted and over 1/20 where it is not. On a convex edge 0.3 of the contour's
@@ -279,8 +291,9 @@ inline void face_eye(const Vec3d& direction, Vec3d* normal, double* error) {
 /// triangle alone. Where they are not, or there is no blend, the field is followed from 2 radii
 /// before the blend or the reference, whichever is nearer, to `beyond` behind the farther of both,
 /// and both are mixed. A sample that looks again follows it from `beyond` behind its last
-/// reference. Where it is not crossed, the larger share decides. With `only_gaps` nothing but
-/// samples without a blend change.
+/// reference. Where it is not crossed, the blend stays as far as the field comes near its level; on
+/// convex edges the larger share decides. With `only_gaps` nothing but samples without a blend
+/// change.
 inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour, double level,
                      double disorder, double beyond, bool only_gaps) {
   Shown shown, nothing, unsure;
@@ -304,8 +317,8 @@ inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour
     }
   }
   const double from = std::max(std::min(std::min(s.depth, s.reference) - 2, s.last + beyond), 1e-3);
-  const Crossing c = first_crossing(
-      ray, from, (met ? std::max(s.depth, s.reference) : s.reference) + beyond, level);
+  const double to = (met ? std::max(s.depth, s.reference) : s.reference) + beyond;
+  const Crossing c = first_crossing(ray, from, to, level);
   if (!c.sure) return unsure;
   // The share's bounds: it rises with the density and falls with the distance.
   double low = 0, high = 0;
@@ -318,8 +331,13 @@ inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour
     high = share_at(density + off) * (1 + 8 * kEpsilon);
   }
   if (!(c.depth < kNowhere)) {
-    if (low <= 0.5 && high > 0.5) return unsure;
-    return high <= 0.5 ? nothing : shown;
+    // Steps that begin a little elsewhere find another value, by less than a hundredth of the level.
+    const double missing = 1 - most_on_steps(ray, from, to, level) / level;
+    const auto stays = [&](double share, double lacks) {
+      return s.on_edge ? share > 0.5 : (1 - share) * lacks < 0.1 * share;
+    };
+    if (stays(low, missing + 0.01) != stays(high, std::max(missing - 0.01, 0.0))) return unsure;
+    return stays(low, missing) ? shown : nothing;
   }
   shown.what = Shown::field;
   shown.depth = c.depth;

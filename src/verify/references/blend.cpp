@@ -64,6 +64,8 @@ ReferenceErrors blend_case(Device& device, int size) {
   // A fortieth of a pixel apart, around the ball's right end.
   see_blend(device, ball_of_fits(2), frontal_view(16, 16), {size, (size + 1) / 2, 8.25f, 0.025f},
             &seen);
+  see_blend(device, ball_of_fits(3, 0.6), frontal_view(16, 16),
+            {size, (size + 1) / 2, 8.25f, 0.025f}, &seen);
   return {seen.depths.error(), seen.normals.error(), seen.trusts.error()};
 }
 

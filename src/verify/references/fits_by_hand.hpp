@@ -77,14 +77,16 @@ inline GivenFits crowd(unsigned seed) {
   return scene;
 }
 
-/// Fits all over a ball of radius 5, whose outline passes x = 1 at y = 0.
-inline GivenFits ball_of_fits(unsigned seed) {
+/// Fits all over a ball of radius 5, whose outline passes x = 1 at y = 0. Their surfaces stick out
+/// by up to `out`.
+inline GivenFits ball_of_fits(unsigned seed, double out = 0.1) {
   Random random(seed);
   GivenFits scene;
   for (int k = 0; k < 120; ++k) {
     const double x = random(-1, 1), y = random(-1, 1), z = random(-1, 1);
     const Vec3d outward = normalized(Vec3d{x, y, z});
-    scene.add(Vec3d{-4, 0, -20} + outward * random(4.9, 5.1), outward, 1, random(0.18, 0.25));
+    scene.add(Vec3d{-4, 0, -20} + outward * random(4.9, 5 + out), outward, 1, random(0.18, 0.25));
+    if (k % 2 == 0) scene.fits.roundness.back() = random(0.5, 1);
   }
   return scene;
 }

@@ -120,6 +120,15 @@ struct Layer {
   }
 };
 
+/// Where a ray comes nearest to the level of a field that it does not reach: a blend there decides
+/// by how near that is. To an eighth of a radius.
+inline double densest(const reference::FieldOnRay& ray, double from, double to) {
+  double best = 21;
+  for (double t = from; t < to; t += 0.125)
+    if (ray.levelled(t) > ray.levelled(best)) best = t;
+  return best;
+}
+
 /// Blends, references and triangles at random around where rays meet the field, and elsewhere;
 /// every kind of trust. A quarter of the samples looks again.
 inline Layer random_layer(const FieldScene& scene, unsigned seed) {
@@ -137,7 +146,8 @@ inline Layer random_layer(const FieldScene& scene, unsigned seed) {
     const reference::FieldOnRay ray(field, scene.view, u_of(scene.grid, s), v_of(scene.grid, s));
     const auto met = reference::chords(ray, scene.kStart, scene.kEnd, level);
     const auto which = static_cast<std::size_t>(random(0, 1) * static_cast<double>(met.size()));
-    const double at = met.empty() ? random(18, 24) : std::floor(64 * met[which].enter) / 64;
+    const double at = met.empty() ? densest(ray, scene.kStart, scene.kEnd)
+                                  : std::floor(64 * met[which].enter) / 64;
     const bool near = random(0, 1) < 0.8;
     const double reach = near ? 1 : 8;
     const auto chance = [&](double share) { return random(0, 1) < share; };
