@@ -7,7 +7,7 @@ namespace meniscus {
 RecordedFits record_fits(const ParticleFits& fits, const std::vector<double>& trust,
                          const Parameters& params) {
   const double radius = kBlendReach * params.blend.radius;
-  const auto [faces, trust_of_faces] = faces_beside_bevels(fits, trust, params.fit.offset);
+  const auto [faces, trust_of_faces] = faces_beside_edges(fits, trust, params.fit.offset);
   RecordedFits made{make_records(fits, trust, params.fit, radius), fits.residual};
   append(made.records, make_records(faces, trust_of_faces, params.fit, radius));
   made.residual.insert(made.residual.end(), faces.residual.begin(), faces.residual.end());

@@ -24,7 +24,7 @@ struct TrustedFits {
 /// (1 - η) (1 - smoothstep(.3, .6, e)) with its roundness η; those whose normal is its own, by
 /// smoothstep(.72, .8) of their product, as far as it is a bevel, (1 - η) (1 - smoothstep(.01, .03,
 /// e)). Groups have none: a small e tells that they fade.
-TrustedFits faces_beside_bevels(const ParticleFits& fits, const std::vector<double>& trust,
-                                double offset);
+TrustedFits faces_beside_edges(const ParticleFits& fits, const std::vector<double>& trust,
+                               double offset);
 
 }  // namespace meniscus

@@ -1,4 +1,4 @@
-// The faces that stand in for bevels, of fits made by hand.
+// The faces beside edges, of fits made by hand.
 #include "stages/faces.hpp"
 
 #include <gtest/gtest.h>
@@ -42,9 +42,9 @@ ParticleFits edge_of_block(double edge_of_bevel) {
   return fits;
 }
 
-TEST(FacesBesideBevels, AreTheNearestOfEachDirectionOnWhichTheBevelLies) {
+TEST(FacesBesideEdges, AreTheNearestOfEachDirectionOnWhichTheBevelLies) {
   const ParticleFits fits = edge_of_block(0.0005);
-  const auto [faces, trust] = faces_beside_bevels(fits, {1, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4}, 1);
+  const auto [faces, trust] = faces_beside_edges(fits, {1, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4}, 1);
   ASSERT_EQ(faces.size(), 2U);
   EXPECT_EQ(trust, (std::vector<double>{0.9, 0.7}));
   for (const std::size_t k : {0, 1}) {
@@ -58,21 +58,21 @@ TEST(FacesBesideBevels, AreTheNearestOfEachDirectionOnWhichTheBevelLies) {
 }
 
 // However little the value of its quadric is at the bevel, where it is hardly steep.
-TEST(FacesBesideBevels, PassNearTheBevel) {
+TEST(FacesBesideEdges, PassNearTheBevel) {
   ParticleFits fits = edge_of_block(0.0005);
   for (float& value : fits.quadric[1]) value /= 2;
   fits.quadric[1][0] = -1;  // it is 0 two particle radii before the bevel's particle
-  const auto [faces, trust] = faces_beside_bevels(fits, {1, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4}, 1);
+  const auto [faces, trust] = faces_beside_edges(fits, {1, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4}, 1);
   ASSERT_EQ(faces.size(), 2U);
   EXPECT_EQ(trust, (std::vector<double>{0.7, 0.8}));
 }
 
-TEST(FacesBesideBevels, CountAsFarAsThereIsAnEdge) {
+TEST(FacesBesideEdges, CountAsFarAsThereIsAnEdge) {
   const std::vector<double> trust(7, 1.0);
   const auto beside = [&](double edge) {
     ParticleFits fits = edge_of_block(edge);
     fits.spread[0] = 0.7;  // a bevel, however many agree with it
-    return faces_beside_bevels(fits, trust, 1).fits;
+    return faces_beside_edges(fits, trust, 1).fits;
   };
   const ParticleFits half = beside(0.45);
   ASSERT_EQ(half.size(), 2U);
@@ -81,13 +81,13 @@ TEST(FacesBesideBevels, CountAsFarAsThereIsAnEdge) {
 }
 
 // A face that looks much as the fit does is the one that it follows, unless it is a bevel.
-TEST(FacesBesideBevels, OfTheFitsOwnDirectionCountAsFarAsItIsABevel) {
+TEST(FacesBesideEdges, OfTheFitsOwnDirectionCountAsFarAsItIsABevel) {
   const auto beside = [](double edge) {
     const Vec3d origin, normal = normalized({0.3, 0, 1});
     ParticleFits fits;
     add_plane(fits, origin, {0, 0, 1}, origin, edge);
     add_plane(fits, cross(normal, {0, 1, 0}) * 2, normal, origin, 0.6);
-    const TrustedFits faces = faces_beside_bevels(fits, {1, 1}, 1);
+    const TrustedFits faces = faces_beside_edges(fits, {1, 1}, 1);
     return faces.fits.size() == 0 ? 0 : faces.fits.edge[0];
   };
   EXPECT_NEAR(beside(0.01), 0.6, 1e-12);
@@ -107,29 +107,29 @@ ParticleFits corner_of_block(double edge) {
   return fits;
 }
 
-TEST(FacesBesideBevels, StandInBesideAFitThatFollowsOneFaceOfACorner) {
+TEST(FacesBesideEdges, StandInBesideAFitThatFollowsOneFaceOfACorner) {
   const std::vector<double> trust(4, 1.0);
-  const TrustedFits faces = faces_beside_bevels(corner_of_block(0.2), trust, 1);
+  const TrustedFits faces = faces_beside_edges(corner_of_block(0.2), trust, 1);
   ASSERT_EQ(faces.fits.size(), 2U);
   EXPECT_LT(length(faces.fits.normal[0] + faces.fits.normal[1] - Vec3d{0, 1, 1}), 1e-6);
   EXPECT_NEAR(faces.fits.edge[0] + faces.fits.edge[1], 1.5, 1e-12);
   for (const Vec3d& at : faces.fits.position) EXPECT_EQ(length(at), 0);
-  const TrustedFits half = faces_beside_bevels(corner_of_block(0.45), trust, 1);
+  const TrustedFits half = faces_beside_edges(corner_of_block(0.45), trust, 1);
   ASSERT_EQ(half.fits.size(), 2U);
   EXPECT_NEAR(half.fits.edge[0] + half.fits.edge[1], 0.75, 1e-12);
-  EXPECT_EQ(faces_beside_bevels(corner_of_block(0.6), trust, 1).fits.size(), 0U);
+  EXPECT_EQ(faces_beside_edges(corner_of_block(0.6), trust, 1).fits.size(), 0U);
 }
 
-TEST(FacesBesideBevels, AreNotWhereTheFluidIsRound) {
+TEST(FacesBesideEdges, AreNotWhereTheFluidIsRound) {
   ParticleFits round = edge_of_block(0.0005);
   round.roundness[0] = 1;
-  EXPECT_EQ(faces_beside_bevels(round, std::vector<double>(7, 1.0), 1).fits.size(), 0U);
+  EXPECT_EQ(faces_beside_edges(round, std::vector<double>(7, 1.0), 1).fits.size(), 0U);
 }
 
-TEST(FacesBesideBevels, AreNotOfGroups) {
+TEST(FacesBesideEdges, AreNotOfGroups) {
   ParticleFits groups = edge_of_block(0.0005);
   groups.extent.assign(groups.size(), 1.0);
-  EXPECT_EQ(faces_beside_bevels(groups, std::vector<double>(7, 1.0), 1).fits.size(), 0U);
+  EXPECT_EQ(faces_beside_edges(groups, std::vector<double>(7, 1.0), 1).fits.size(), 0U);
 }
 
 }  // namespace
