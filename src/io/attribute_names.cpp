@@ -60,6 +60,14 @@ std::vector<AttributePick> pick_attributes(const std::string& file,
   return picks;
 }
 
+std::vector<AttributePick> pick_attributes(const std::string& file,
+                                           const std::vector<std::string>& columns,
+                                           const std::vector<std::string>& asked) {
+  std::vector<NamedArray> arrays;
+  for (const std::string& name : columns) arrays.push_back({name, 1});
+  return pick_attributes(file, arrays, asked);
+}
+
 std::string listed(const std::vector<DataArray>& arrays) {
   std::vector<NamedArray> named;
   for (const DataArray& array : arrays) named.push_back({array.name, array.components});

@@ -30,6 +30,11 @@ std::vector<AttributePick> pick_attributes(const std::string& file,
                                            const std::vector<NamedArray>& arrays,
                                            const std::vector<std::string>& asked);
 
+/// The same of the columns of a table.
+std::vector<AttributePick> pick_attributes(const std::string& file,
+                                           const std::vector<std::string>& columns,
+                                           const std::vector<std::string>& asked);
+
 /// The names of arrays for a message, cut where they get long.
 std::string listed(const std::vector<DataArray>& arrays);
 

@@ -102,41 +102,42 @@ struct PointArray {
   Field field;  // vx stands for all three components of the velocity
 };
 
-/// Reads the dictionary of point attributes. Returns those that have a field of ours; `point_size`
-/// becomes the size of a point in bytes.
-std::vector<PointArray> read_attributes(const InputFile& file, BgeoCursor& cursor,
-                                        std::size_t count, std::size_t& point_size,
-                                        std::vector<NamedArray>& named,
-                                        std::vector<PointArray>& all) {
+/// The dictionary of point attributes.
+struct PointAttributes {
+  std::size_t point_size = 16;    // bytes; x y z w come first
+  std::vector<PointArray> kept;   // those that have a field of ours
+  std::vector<PointArray> all;    // all of numbers,
+  std::vector<NamedArray> names;  // and what they are called
+};
+
+PointAttributes read_attributes(const InputFile& file, BgeoCursor& cursor, std::size_t count) {
   enum Type { real = 0, whole = 1, index = 4, vector = 5 };
-  std::vector<PointArray> kept;
-  point_size = 16;  // x y z w
+  PointAttributes found;
   for (std::size_t i = 0; i < count; ++i) {
     const std::string name = cursor.take_string("the name of a point attribute");
     const std::size_t components = cursor.take<std::uint16_t>("the size of a point attribute");
     const auto type = cursor.take<std::int32_t>("the type of a point attribute");
+    const std::size_t offset = found.point_size;
+    found.point_size += 4 * components;
     if (type == index) {
       for (std::size_t k = cursor.take_count("the number of strings"); k > 0; --k)
         cursor.take_string("a string of a point attribute");
-    } else if (type == real || type == whole || type == vector) {
-      cursor.skip(4 * components, "the default of a point attribute");
-    } else {
+      continue;
+    }
+    if (type != real && type != whole && type != vector)
       fail(file, cursor.place(),
            "found type " + std::to_string(type) + " of point attribute " + in_quotes(name) +
                ", wanted 0 (float), 1 (int), 4 (index) or 5 (vector)");
-    }
-    const Field field = type == index ? Field::none : field_of_attribute(name, components);
-    const bool taken = std::any_of(kept.begin(), kept.end(),
-                                   [&](const PointArray& other) { return other.field == field; });
-    if (type != index) {
-      named.push_back({name, components});
-      all.push_back({point_size, type == whole ? Scalar::int32 : Scalar::float32, Field::none});
-    }
-    if (field != Field::none && !taken)
-      kept.push_back({point_size, type == whole ? Scalar::int32 : Scalar::float32, field});
-    point_size += 4 * components;
+    cursor.skip(4 * components, "the default of a point attribute");
+    const PointArray array{offset, type == whole ? Scalar::int32 : Scalar::float32,
+                           field_of_attribute(name, components)};
+    found.names.push_back({name, components});
+    found.all.push_back(array);
+    const auto same = [&](const PointArray& other) { return other.field == array.field; };
+    if (array.field != Field::none && std::none_of(found.kept.begin(), found.kept.end(), same))
+      found.kept.push_back(array);
   }
-  return kept;
+  return found;
 }
 
 void read_ids(const InputFile& file, const char* from, std::size_t step, Scalar type,
@@ -151,8 +152,12 @@ void read_ids(const InputFile& file, const char* from, std::size_t step, Scalar 
   }
 }
 
-Particles read_points(const InputFile& file, bool packed, const ReadOptions& options) {
-  BgeoCursor cursor(file, packed);
+/// How many points there are, and how many attributes they have.
+struct Counts {
+  std::size_t points, attributes;
+};
+
+Counts read_header(const InputFile& file, BgeoCursor& cursor) {
   const std::string magic = file.bytes.substr(0, 5);
   if (magic.starts_with("[") || magic.starts_with("{"))
     fail(file, "", "is Houdini's JSON as text, wanted it binary (save as .bgeo or .bgeo.sc)");
@@ -165,18 +170,11 @@ Particles read_points(const InputFile& file, bool packed, const ReadOptions& opt
   cursor.skip(12, "the header");  // primitives, point groups, primitive groups
   const std::size_t attributes = cursor.take_count("the number of point attributes");
   cursor.skip(12, "the header");  // attributes of vertices, primitives, the whole
+  return {points, attributes};
+}
 
-  std::size_t point_size = 0;
-  std::vector<NamedArray> named;
-  std::vector<PointArray> all;
-  const auto kept = read_attributes(file, cursor, attributes, point_size, named, all);
-  if (points > cursor.remaining() / point_size)
-    fail(file, "point " + std::to_string(cursor.remaining() / point_size),
-         "the data ends at byte " + std::to_string(file.size()) + (packed ? " when unpacked" : "") +
-             ", wanted " + std::to_string(points) + " points of " + std::to_string(point_size) +
-             " bytes from byte " + std::to_string(cursor.offset()) + " (truncated?)");
-
-  Particles particles;
+/// The arrays of one component that the position and these attributes are.
+std::vector<PointArray> columns_of(const std::vector<PointArray>& attributes) {
   std::vector<PointArray> columns;
   const auto add_three = [&](const PointArray& first) {
     for (std::size_t k = 0; k < 3; ++k)
@@ -184,28 +182,41 @@ Particles read_points(const InputFile& file, bool packed, const ReadOptions& opt
                          static_cast<Field>(static_cast<std::size_t>(first.field) + k)});
   };
   add_three({0, Scalar::float32, Field::x});
-  for (const PointArray& attribute : kept) {
+  for (const PointArray& attribute : attributes)
     if (attribute.field == Field::vx)
       add_three(attribute);
     else
       columns.push_back(attribute);
-  }
+  return columns;
+}
+
+Particles read_points(const InputFile& file, bool packed, const ReadOptions& options) {
+  BgeoCursor cursor(file, packed);
+  const Counts count = read_header(file, cursor);
+  const PointAttributes found = read_attributes(file, cursor, count.attributes);
+  const std::size_t stride = found.point_size;
+  if (count.points > cursor.remaining() / stride)
+    fail(file, "point " + std::to_string(cursor.remaining() / stride),
+         "the data ends at byte " + std::to_string(file.size()) + (packed ? " when unpacked" : "") +
+             ", wanted " + std::to_string(count.points) + " points of " + std::to_string(stride) +
+             " bytes from byte " + std::to_string(cursor.offset()) + " (truncated?)");
+
+  Particles particles;
   const char* const first = file.bytes.data() + cursor.offset();
   const auto read = [&](std::size_t offset, Scalar type, std::vector<float>& values) {
-    const char* from = first + offset;
-    for (std::size_t i = 0; i < points; ++i, from += point_size)
-      values[i] = load_real<float>(from, type, std::endian::big);
+    for (std::size_t i = 0; i < count.points; ++i)
+      values[i] = load_real<float>(first + offset + i * stride, type, std::endian::big);
   };
-  for (const PointArray& column : columns) {
-    resize(particles, {column.field}, points);
+  for (const PointArray& column : columns_of(found.kept)) {
+    resize(particles, {column.field}, count.points);
     if (column.field == Field::id)
-      read_ids(file, first + column.offset, point_size, column.type, particles.id);
+      read_ids(file, first + column.offset, stride, column.type, particles.id);
     else
       read(column.offset, column.type, array_of(particles, column.field));
   }
-  for (const AttributePick& pick : pick_attributes(file.name, named, options.attributes)) {
-    Attribute attribute{pick.name, std::vector<float>(points)};
-    const PointArray& array = all[pick.array];
+  for (const AttributePick& pick : pick_attributes(file.name, found.names, options.attributes)) {
+    Attribute attribute{pick.name, std::vector<float>(count.points)};
+    const PointArray& array = found.all[pick.array];
     read(array.offset + 4 * pick.component, array.type, attribute.values);
     particles.attributes.push_back(std::move(attribute));
   }

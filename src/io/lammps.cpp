@@ -140,6 +140,33 @@ class Reader {
          "its atoms have no column " + base + ", " + base + "u, " + base + "s or " + base + "su");
   }
 
+  std::array<Axis, 3> axes_of(const std::vector<std::string>& names) {
+    const std::array<Axis, 3> axes{axis(names, 'x'), axis(names, 'y'), axis(names, 'z')};
+    if (axes[0].scaled != axes[1].scaled || axes[0].scaled != axes[2].scaled)
+      fail(file_, cursor_.place(), "some of x, y and z are scaled and others are not");
+    return axes;
+  }
+
+  // A row of the table.
+  void read_row(std::size_t columns, Words& words) {
+    split_at_blanks(needed("an atom"), words);
+    if (words.size() != columns)
+      fail(file_, cursor_.place(),
+           "found " + std::to_string(words.size()) + " columns, wanted " + std::to_string(columns) +
+               " as in ITEM: ATOMS (truncated?)");
+  }
+
+  std::array<double, 3> position_in(const Words& words, const std::array<Axis, 3>& axes,
+                                    const Box& box) {
+    std::array<double, 3> p{};
+    for (std::size_t k = 0; k < 3; ++k)
+      p[k] = cursor_.real_of(words[axes[k].column], "a coordinate");
+    if (!axes[0].scaled) return p;
+    return {box.low[0] + p[0] * (box.high[0] - box.low[0]) + p[1] * box.xy + p[2] * box.xz,
+            box.low[1] + p[1] * (box.high[1] - box.low[1]) + p[2] * box.yz,
+            box.low[2] + p[2] * (box.high[2] - box.low[2])};
+  }
+
   Particles read_atoms(std::string_view header, std::uint64_t count, const Box& box, bool take) {
     Words words;
     split_at_blanks(header, words);
@@ -155,51 +182,32 @@ class Reader {
       for (std::uint64_t i = 0; i < count; ++i) needed("an atom");
       return particles;
     }
-    const std::array<Axis, 3> axes{axis(names, 'x'), axis(names, 'y'), axis(names, 'z')};
-    if (axes[0].scaled != axes[1].scaled || axes[0].scaled != axes[2].scaled)
-      fail(file_, cursor_.place(), "some of x, y and z are scaled and others are not");
+    const std::array<Axis, 3> axes = axes_of(names);
     std::vector<Field> fields = fields_of_columns(names);
     for (Field& field : fields)
-      if (field <= Field::z) field = Field::none;
-    std::vector<NamedArray> named;
-    for (const std::string& name : names) named.push_back({name, 1});
-    const auto picks = pick_attributes(file_.name, named, options_.attributes);
-    resize(particles, fields, static_cast<std::size_t>(count));
-    for (auto* values : {&particles.x, &particles.y, &particles.z})
-      values->resize(static_cast<std::size_t>(count));
+      if (field <= Field::z) field = Field::none;  // positions follow from the axes
+    const auto picks = pick_attributes(file_.name, names, options_.attributes);
+    resize(particles, fields, count);
+    resize(particles, {Field::x, Field::y, Field::z}, count);
     for (const AttributePick& pick : picks)
       particles.attributes.push_back({pick.name, std::vector<float>(count)});
+    const auto value = [&](std::size_t column) {
+      return static_cast<float>(cursor_.real_of(words[column], names[column]));
+    };
     for (std::size_t i = 0; i < count; ++i) {
-      split_at_blanks(needed("an atom"), words);
-      if (words.size() != names.size())
-        fail(file_, cursor_.place(),
-             "found " + std::to_string(words.size()) + " columns, wanted " +
-                 std::to_string(names.size()) + " as in ITEM: ATOMS (truncated?)");
-      if (i + 1 == count && !cursor_.line_was_ended())
-        fail(file_, cursor_.place(),
-             "the last line has no end (truncated? if it is complete, end it with a new line)");
-      std::array<double, 3> p{};
-      for (std::size_t k = 0; k < 3; ++k)
-        p[k] = cursor_.real_of(words[axes[k].column], "a coordinate");
-      if (axes[0].scaled)
-        p = {box.low[0] + p[0] * (box.high[0] - box.low[0]) + p[1] * box.xy + p[2] * box.xz,
-             box.low[1] + p[1] * (box.high[1] - box.low[1]) + p[2] * box.yz,
-             box.low[2] + p[2] * (box.high[2] - box.low[2])};
+      read_row(names.size(), words);
+      if (i + 1 == count) cursor_.require_line_end();
+      const std::array<double, 3> p = position_in(words, axes, box);
       particles.x[i] = static_cast<float>(p[0]);
       particles.y[i] = static_cast<float>(p[1]);
       particles.z[i] = static_cast<float>(p[2]);
-      for (std::size_t k = 0; k < fields.size(); ++k) {
-        if (fields[k] == Field::none) continue;
-        if (fields[k] == Field::id) {
+      for (std::size_t k = 0; k < fields.size(); ++k)
+        if (fields[k] == Field::id)
           particles.id[i] = cursor_.integer_of(words[k], "id");
-        } else {
-          array_of(particles, fields[k])[i] =
-              static_cast<float>(cursor_.real_of(words[k], names[k]));
-        }
-      }
+        else if (fields[k] != Field::none)
+          array_of(particles, fields[k])[i] = value(k);
       for (std::size_t k = 0; k < picks.size(); ++k)
-        particles.attributes[k].values[i] =
-            static_cast<float>(cursor_.real_of(words[picks[k].array], names[picks[k].array]));
+        particles.attributes[k].values[i] = value(picks[k].array);
     }
     return particles;
   }

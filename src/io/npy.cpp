@@ -133,23 +133,22 @@ struct NpyType {
   std::size_t size = 0;
 };
 
+constexpr std::pair<const char*, Scalar> kNpyTypes[] = {
+    {"i1", Scalar::int8},   {"u1", Scalar::uint8},   {"b1", Scalar::uint8},  {"i2", Scalar::int16},
+    {"u2", Scalar::uint16}, {"i4", Scalar::int32},   {"u4", Scalar::uint32}, {"i8", Scalar::int64},
+    {"u8", Scalar::uint64}, {"f4", Scalar::float32}, {"f8", Scalar::float64}};
+
 NpyType type_named(const Bytes& file, const std::string& place, const std::string& name) {
-  static const std::pair<const char*, Scalar> kNames[] = {
-      {"i1", Scalar::int8},    {"u1", Scalar::uint8},  {"b1", Scalar::uint8},
-      {"i2", Scalar::int16},   {"u2", Scalar::uint16}, {"i4", Scalar::int32},
-      {"u4", Scalar::uint32},  {"i8", Scalar::int64},  {"u8", Scalar::uint64},
-      {"f4", Scalar::float32}, {"f8", Scalar::float64}};
   NpyType type;
   if (name.empty()) fail(file, place + "header", "has an array without a type");
   if (name[0] == '>') type.order = std::endian::big;
   const bool marked = std::string_view("<>|=").find(name[0]) != std::string_view::npos;
   const std::string bare = name.substr(marked ? 1 : 0);
-  for (const auto& [known, scalar] : kNames)
-    if (bare == known) {
-      type.scalar = scalar;
-      type.size = size_of(scalar);
-      return type;
-    }
+  type.scalar = scalar_named(kNpyTypes, bare);
+  if (type.scalar) {
+    type.size = size_of(*type.scalar);
+    return type;
+  }
   const std::string after = bare.substr(std::min<std::size_t>(1, bare.size()));
   const auto size = parse_integer(after.substr(0, after.find('[')));  // M8[us] has 8 bytes
   constexpr std::int64_t kMost = 1 << 20;

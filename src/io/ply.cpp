@@ -42,18 +42,13 @@ struct Header {
   std::size_t data_line = 1;
 };
 
-std::optional<Scalar> scalar_named(const std::string& name) {
-  static const std::pair<const char*, Scalar> kNames[] = {
-      {"char", Scalar::int8},       {"int8", Scalar::int8},      {"uchar", Scalar::uint8},
-      {"uint8", Scalar::uint8},     {"short", Scalar::int16},    {"int16", Scalar::int16},
-      {"ushort", Scalar::uint16},   {"uint16", Scalar::uint16},  {"int", Scalar::int32},
-      {"int32", Scalar::int32},     {"uint", Scalar::uint32},    {"uint32", Scalar::uint32},
-      {"int64", Scalar::int64},     {"uint64", Scalar::uint64},  {"float", Scalar::float32},
-      {"float32", Scalar::float32}, {"double", Scalar::float64}, {"float64", Scalar::float64}};
-  for (const auto& [known, type] : kNames)
-    if (name == known) return type;
-  return std::nullopt;
-}
+constexpr std::pair<const char*, Scalar> kPlyTypes[] = {
+    {"char", Scalar::int8},       {"int8", Scalar::int8},      {"uchar", Scalar::uint8},
+    {"uint8", Scalar::uint8},     {"short", Scalar::int16},    {"int16", Scalar::int16},
+    {"ushort", Scalar::uint16},   {"uint16", Scalar::uint16},  {"int", Scalar::int32},
+    {"int32", Scalar::int32},     {"uint", Scalar::uint32},    {"uint32", Scalar::uint32},
+    {"int64", Scalar::int64},     {"uint64", Scalar::uint64},  {"float", Scalar::float32},
+    {"float32", Scalar::float32}, {"double", Scalar::float64}, {"float64", Scalar::float64}};
 
 /// Takes "time T" and "particle_radius R" from a comment; other text is left alone.
 void read_comment(const std::vector<std::string>& words, const InputFile& file,
@@ -77,7 +72,7 @@ Property read_property(const std::vector<std::string>& words, const InputFile& f
   if (!list && words.size() != 3)
     fail(file, place, "wanted \"property TYPE NAME\" or \"property list TYPE TYPE NAME\"");
   const auto type = [&](const std::string& name) {
-    const std::optional<Scalar> found = scalar_named(name);
+    const std::optional<Scalar> found = scalar_named(kPlyTypes, name);
     if (!found)
       fail(file, place, "unknown type " + in_quotes(name) + " of property " + shown(words.back()));
     return *found;
@@ -102,9 +97,7 @@ void match_vertex_fields(Header& header, const InputFile& file, const ReadOption
   if (const std::string missing = missing_coordinate(fields); !missing.empty())
     fail(file, "header", "element vertex has no property " + missing);
   for (std::size_t i = 0; i < fields.size(); ++i) vertex->properties[i].field = fields[i];
-  std::vector<NamedArray> named;
-  for (const std::string& name : names) named.push_back({name, 1});
-  for (const AttributePick& pick : pick_attributes(file.name, named, options.attributes)) {
+  for (const AttributePick& pick : pick_attributes(file.name, names, options.attributes)) {
     vertex->properties[pick.array].attributes.push_back(header.stated.attributes.size());
     header.stated.attributes.push_back({pick.name, {}});
   }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstring>
 #include <optional>
+#include <string>
 #include <utility>
 
 namespace meniscus {
@@ -15,6 +16,15 @@ enum class Scalar { int8, uint8, int16, uint16, int32, uint32, int64, uint64, fl
 inline std::size_t size_of(Scalar type) {
   constexpr unsigned char kSizes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
   return kSizes[static_cast<int>(type)];
+}
+
+/// The type that a format calls `name`, among the names that it has.
+template <std::size_t N>
+std::optional<Scalar> scalar_named(const std::pair<const char*, Scalar> (&names)[N],
+                                   const std::string& name) {
+  for (const auto& [known, type] : names)
+    if (name == known) return type;
+  return std::nullopt;
 }
 
 inline bool is_whole(Scalar type) { return type < Scalar::float32; }

@@ -26,15 +26,6 @@ std::optional<double> real_of(std::string_view word, bool decimal_comma) {
   return parse_real(with_point);
 }
 
-double real_at(const InputFile& file, const TextCursor& cursor, std::string_view word,
-               const std::string& column, bool decimal_comma = false) {
-  const std::optional<double> value = real_of(word, decimal_comma);
-  if (!value)
-    fail(file, cursor.place(),
-         "found " + in_quotes(word) + ", wanted a number for " + shown(column));
-  return *value;
-}
-
 /// Where the text begins: behind the byte order mark that some editors write.
 std::size_t start_of(const InputFile& file) {
   constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
@@ -145,6 +136,48 @@ Table find_table(const InputFile& file, TextCursor& cursor, Words& cells) {
   fail(file, "", "has no rows, wanted columns x, y, z");
 }
 
+// .xyz
+
+/// How the rows of a file are to be read.
+struct Rows {
+  std::size_t columns = 0;
+  std::size_t label = 0;  // 1: the first column is the element of a chemist's file
+  bool has_velocity = false;
+};
+
+Rows rows_like(const InputFile& file, const TextCursor& cursor, const Words& first) {
+  const std::size_t columns = first.size();
+  if (columns < 3)
+    fail(file, cursor.place(),
+         "found " + std::to_string(columns) + " columns, wanted at least 3: x y z");
+  const std::size_t label = columns > 3 && !parse_real(first[0]) ? 1 : 0;
+  return {columns, label, columns - label == 6};
+}
+
+/// The count of the first line, which a line of comment follows.
+std::size_t read_count(const InputFile& file, TextCursor& cursor, std::string_view word) {
+  const auto count = parse_integer(word);
+  if (!count || *count < 0)
+    fail(file, cursor.place(),
+         "found " + in_quotes(word) + ", wanted x y z or the number of particles");
+  if (!cursor.line_was_ended() || !cursor.next_line() || !cursor.line_was_ended())
+    fail(file, cursor.place(), "the file ends here, wanted a comment line after the count");
+  return static_cast<std::size_t>(*count);
+}
+
+/// Checks that all rows have been read.
+void check_end(const InputFile& file, const TextCursor& cursor, std::optional<std::size_t> stated,
+               std::size_t rows) {
+  if (!stated && rows == 0 && !cursor.line_was_ended())
+    fail(file, cursor.place(),
+         "the file ends in a comment (truncated? if it has no particles, end it with a new line)");
+  if (stated && rows < *stated)
+    fail(file, cursor.place(),
+         "the file ends after " + std::to_string(rows) + " rows, wanted " +
+             std::to_string(*stated) + " as the first line states (truncated?)");
+  if (stated && *stated > 0) cursor.require_line_end();
+}
+
 }  // namespace
 
 Particles read_xyz(const InputFile& file, const ReadOptions& options) {
@@ -156,58 +189,35 @@ Particles read_xyz(const InputFile& file, const ReadOptions& options) {
   Particles particles;
   Words words;
   std::optional<std::size_t> stated;  // the count of the first line
-  std::size_t columns = 0, label = 0;
-  bool has_velocity = false;
+  Rows rows;
   while (const auto line = cursor.next_line()) {
     split_at_blanks(line->substr(0, line->find('#')), words);
     if (words.empty()) continue;
-    if (columns == 0 && words.size() == 1 && !stated) {
-      const auto count = parse_integer(words[0]);
-      if (!count || *count < 0)
-        fail(file, cursor.place(),
-             "found " + in_quotes(words[0]) + ", wanted x y z or the number of particles");
-      stated = static_cast<std::size_t>(*count);
-      if (!cursor.line_was_ended() || !cursor.next_line() || !cursor.line_was_ended())
-        fail(file, cursor.place(), "the file ends here, wanted a comment line after the count");
+    if (rows.columns == 0 && words.size() == 1 && !stated) {
+      stated = read_count(file, cursor, words[0]);
       continue;
     }
-    if (columns == 0) {
-      columns = words.size();
-      label = columns > 3 && !parse_real(words[0]) ? 1 : 0;  // the element of a chemist's file
-      if (columns < 3)
-        fail(file, cursor.place(),
-             "found " + std::to_string(columns) + " columns, wanted at least 3: x y z");
-      has_velocity = columns - label == 6;
-    }
-    if (words.size() != columns)
+    if (rows.columns == 0) rows = rows_like(file, cursor, words);
+    if (words.size() != rows.columns)
       fail(file, cursor.place(),
-           "found " + std::to_string(words.size()) + " columns, wanted " + std::to_string(columns) +
-               " as in the first row (truncated?)");
+           "found " + std::to_string(words.size()) + " columns, wanted " +
+               std::to_string(rows.columns) + " as in the first row (truncated?)");
     if (stated && particles.size() == *stated)
       fail(file, cursor.place(),
            "found more rows than the " + std::to_string(*stated) +
                " that the first line states, wanted one frame");
     const auto value = [&](std::size_t k, const char* column) {
-      return static_cast<float>(real_at(file, cursor, words[label + k], column));
+      return static_cast<float>(cursor.real_of(words[rows.label + k], column));
     };
     particles.x.push_back(value(0, "x"));
     particles.y.push_back(value(1, "y"));
     particles.z.push_back(value(2, "z"));
-    if (!has_velocity) continue;
+    if (!rows.has_velocity) continue;
     particles.vx.push_back(value(3, "vx"));
     particles.vy.push_back(value(4, "vy"));
     particles.vz.push_back(value(5, "vz"));
   }
-  if (!stated && particles.size() == 0 && !cursor.line_was_ended())
-    fail(file, cursor.place(),
-         "the file ends in a comment (truncated? if it has no particles, end it with a new line)");
-  if (stated && particles.size() < *stated)
-    fail(file, cursor.place(),
-         "the file ends after " + std::to_string(particles.size()) + " rows, wanted " +
-             std::to_string(*stated) + " as the first line states (truncated?)");
-  if (stated && *stated > 0 && !cursor.line_was_ended())
-    fail(file, cursor.place(),
-         "the last line has no end (truncated? if it is complete, end it with a new line)");
+  check_end(file, cursor, stated, particles.size());
   return particles;
 }
 
@@ -216,9 +226,7 @@ Particles read_csv(const InputFile& file, const ReadOptions& options) {
   Words cells;
   const Table table = find_table(file, cursor, cells);
   const std::vector<Field> fields = fields_of_columns(table.names);
-  std::vector<NamedArray> named;
-  for (const std::string& name : table.names) named.push_back({name, 1});
-  const auto picks = pick_attributes(file.name, named, options.attributes);
+  const auto picks = pick_attributes(file.name, table.names, options.attributes);
 
   Particles particles;
   for (const AttributePick& pick : picks) particles.attributes.push_back({pick.name, {}});
@@ -228,8 +236,11 @@ Particles read_csv(const InputFile& file, const ReadOptions& options) {
            "found " + std::to_string(cells.size()) + " columns, wanted " +
                std::to_string(fields.size()) + " as in the first row (truncated?)");
     const auto value = [&](std::size_t k) {
-      return static_cast<float>(
-          real_at(file, cursor, cells[k], table.names[k], table.has_decimal_comma()));
+      const std::optional<double> number = real_of(cells[k], table.has_decimal_comma());
+      if (!number)
+        fail(file, cursor.place(),
+             "found " + in_quotes(cells[k]) + ", wanted a number for " + shown(table.names[k]));
+      return static_cast<float>(*number);
     };
     for (std::size_t k = 0; k < cells.size(); ++k) {
       if (fields[k] == Field::id)

@@ -69,6 +69,12 @@ std::optional<std::string_view> TextCursor::next_line() {
   return rest.substr(0, end);
 }
 
+void TextCursor::require_line_end() const {
+  if (!line_was_ended_)
+    fail(file_, place(),
+         "the last line has no end (truncated? if it is complete, end it with a new line)");
+}
+
 void TextCursor::skip_blanks() {
   const std::string& bytes = file_.bytes;
   for (; at_ < bytes.size() && is_blank(bytes[at_]); ++at_)

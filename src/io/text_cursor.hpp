@@ -37,6 +37,9 @@ class TextCursor {
   /// Whether the line that next_line gave last had an end.
   bool line_was_ended() const { return line_was_ended_; }
 
+  /// Fails unless it had: the last line of a table may be cut.
+  void require_line_end() const;
+
   /// The next token between blanks and line ends; empty at the end of the file.
   std::string_view next_token();
 

@@ -16,19 +16,14 @@ namespace {
 /// What arrays that follow belong to.
 enum class Section { dataset, points, cells };
 
-std::optional<Scalar> scalar_named(const std::string& name) {
-  static const std::pair<const char*, Scalar> kNames[] = {
-      {"char", Scalar::int8},          {"unsigned_char", Scalar::uint8},
-      {"short", Scalar::int16},        {"unsigned_short", Scalar::uint16},
-      {"int", Scalar::int32},          {"unsigned_int", Scalar::uint32},
-      {"long", Scalar::int64},         {"unsigned_long", Scalar::uint64},
-      {"vtktypeint64", Scalar::int64}, {"vtktypeuint64", Scalar::uint64},
-      {"vtkidtype", Scalar::int32},  // legacy files keep it as int
-      {"float", Scalar::float32},      {"double", Scalar::float64}};
-  for (const auto& [known, type] : kNames)
-    if (name == known) return type;
-  return std::nullopt;
-}
+constexpr std::pair<const char*, Scalar> kVtkTypes[] = {
+    {"char", Scalar::int8},          {"unsigned_char", Scalar::uint8},
+    {"short", Scalar::int16},        {"unsigned_short", Scalar::uint16},
+    {"int", Scalar::int32},          {"unsigned_int", Scalar::uint32},
+    {"long", Scalar::int64},         {"unsigned_long", Scalar::uint64},
+    {"vtktypeint64", Scalar::int64}, {"vtktypeuint64", Scalar::uint64},
+    {"vtkidtype", Scalar::int32},  // legacy files keep it as int
+    {"float", Scalar::float32},      {"double", Scalar::float64}};
 
 class VtkReader {
  public:
@@ -150,7 +145,7 @@ class VtkReader {
       const std::string lower = lower_case(name);
       const bool is_time = lower == "time" || lower == "timevalue";
       if (section_ == Section::dataset && is_time && components == 1 && tuples == 1 &&
-          scalar_named(type))
+          scalar_named(kVtkTypes, type))
         particles_.time = read_values<double>(shown(name), known_type(type, shown(name)), 1, 1)[0];
       else
         read_array(name, type, tuples, components);
@@ -368,7 +363,7 @@ class VtkReader {
   std::string next_type() { return lower_case(cursor_.next_token()); }
 
   Scalar known_type(const std::string& type, const std::string& name) {
-    const auto found = scalar_named(type);
+    const auto found = scalar_named(kVtkTypes, type);
     if (!found) fail_here("found type " + in_quotes(type) + " of " + name + ", wanted a VTK type");
     return *found;
   }

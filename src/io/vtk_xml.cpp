@@ -48,16 +48,11 @@ Head read_head(const Bytes& file) {
   }
 }
 
-Scalar scalar_named(const Bytes& file, const std::string& name, const std::string& of) {
-  static const std::pair<const char*, Scalar> kNames[] = {
-      {"int8", Scalar::int8},      {"uint8", Scalar::uint8},   {"int16", Scalar::int16},
-      {"uint16", Scalar::uint16},  {"int32", Scalar::int32},   {"uint32", Scalar::uint32},
-      {"int64", Scalar::int64},    {"uint64", Scalar::uint64}, {"float32", Scalar::float32},
-      {"float64", Scalar::float64}};
-  for (const auto& [known, type] : kNames)
-    if (lower_case(name) == known) return type;
-  fail(file, "", "found type " + in_quotes(name) + " of " + shown(of) + ", wanted a type of VTK");
-}
+constexpr std::pair<const char*, Scalar> kVtkXmlTypes[] = {
+    {"int8", Scalar::int8},      {"uint8", Scalar::uint8},   {"int16", Scalar::int16},
+    {"uint16", Scalar::uint16},  {"int32", Scalar::int32},   {"uint32", Scalar::uint32},
+    {"int64", Scalar::int64},    {"uint64", Scalar::uint64}, {"float32", Scalar::float32},
+    {"float64", Scalar::float64}};
 
 std::uint64_t whole_number(const Bytes& file, const std::string& text, const std::string& what) {
   const auto value = parse_integer(text);
@@ -187,7 +182,11 @@ class Reader {
     const std::string type = tag.attribute("type", "");
     array.is_unread = lower_case(type) == "string" || lower_case(type) == "bit";
     if (array.is_unread) return array;
-    array.type = scalar_named(*file_, type, array.name);
+    const auto known = scalar_named(kVtkXmlTypes, lower_case(type));
+    if (!known)
+      fail(*file_, "",
+           "found type " + in_quotes(type) + " of " + shown(array.name) + ", wanted a type of VTK");
+    array.type = *known;
     array.components = static_cast<std::size_t>(
         whole_number(*file_, tag.attribute("NumberOfComponents", "1"), "NumberOfComponents"));
     if (array.components == 0) array.components = 1;
