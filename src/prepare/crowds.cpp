@@ -140,59 +140,79 @@ bool is_ordinary(const BorrowedParticles& p, double side) {
   return all == 0 || 3 * all / 4 < all - more;
 }
 
+// Particles in a cube, by x as the order is, and those of them that lie far enough from its walls.
+struct Sample {
+  std::vector<Vec3d> inside;
+  std::vector<std::size_t> inner;  // places in `inside`
+};
+
+constexpr double kSampleSide = 16, kSampleMargin = 3;  // radii
+constexpr std::size_t kMostInner = 8;
+
+// No more of a cube than may be the nearest to its first inner ones.
+Sample sample_in(const Cube& cube, const BorrowedParticles& p,
+                 const std::vector<std::size_t>& order, double radius, float inverse) {
+  const auto is_inner = [&](double x, std::int32_t cell) {
+    const double from_wall = x / radius - kSampleSide * cell;
+    return from_wall >= kSampleMargin && from_wall <= kSampleSide - kSampleMargin;
+  };
+  const auto is_before = [&](std::size_t i, std::int32_t x) {
+    return cell_of(p.x[i], inverse) < x;
+  };
+  Sample sample;
+  auto& [inside, inner] = sample;
+  for (auto k = std::lower_bound(order.begin(), order.end(), cube.x, is_before); k != order.end();
+       ++k) {
+    const Vec3d at{p.x[*k], p.y[*k], p.z[*k]};
+    if (inner.size() == kMostInner && at.x - inside[inner.back()].x > kSampleMargin * radius) break;
+    const Cube own = cube_of(p, *k, inverse);
+    if (own.x != cube.x) break;
+    if (own != cube) continue;
+    if (inner.size() < kMostInner && is_inner(at.x, cube.x) && is_inner(at.y, cube.y) &&
+        is_inner(at.z, cube.z))
+      inner.push_back(inside.size());
+    inside.push_back(at);
+  }
+  return sample;
+}
+
+// The square of the distance from one of some places, which are by x, to the nearest other; `most`
+// where there is none as near.
+double least_square(const std::vector<Vec3d>& places, std::size_t i, double most) {
+  double least = most;
+  const auto is_apart = [&](const Vec3d& other) {  // and so are those behind it
+    const double dx = places[i].x - other.x, dy = places[i].y - other.y, dz = places[i].z - other.z;
+    least = std::min(least, dx * dx + dy * dy + dz * dz);
+    return dx * dx > least;
+  };
+  for (std::size_t j = i + 1; j < places.size() && !is_apart(places[j]);) ++j;
+  for (std::size_t j = i; j > 0 && !is_apart(places[j - 1]);) --j;
+  return least;
+}
+
 // Whether the particles around some of them have no neighbour as near as fluid has: in cubes of 16
 // radii, the first by x that lie far enough from the walls. There are hardly any of these where the
-// radius is far too small. A quick look, which a large radius passes: of a cube no more particles
-// are looked at than may be the nearest to those, and no more cubes than decide.
+// radius is far too small. A quick look, which a large radius passes: no more cubes are looked at
+// than decide.
 bool seem_lonely(const BorrowedParticles& p, const std::vector<std::size_t>& order, double radius) {
-  constexpr std::size_t kCubes = 8, kLeast = 8;
-  constexpr double kSide = 16, kMargin = 3, kLonely = 2.4;  // radii; neighbours of fluid: up to 2
-  const float inverse = static_cast<float>(1 / (kSide * radius));
-  const auto is_inner = [&](double x, std::int32_t cell) {
-    const double from_wall = x / radius - kSide * cell;
-    return from_wall >= kMargin && from_wall <= kSide - kMargin;
-  };
+  constexpr std::size_t kCubes = 8;
+  constexpr double kLonely = 2.4;  // radii; neighbours of fluid: up to 2
+  const float inverse = static_cast<float>(1 / (kSampleSide * radius));
   std::array<Cube, kCubes> cubes{};
   for (std::size_t k = 0; k < kCubes; ++k)
     cubes[k] = cube_of(p, order[(2 * k + 1) * order.size() / (2 * kCubes)], inverse);
-  std::size_t asked = 0, near = 0;  // near: of them, those that are not lonely
-  for (std::size_t c = 0; c < kCubes; ++c) {
-    const Cube& cube = cubes[c];
-    if (std::count(cubes.begin(), cubes.begin() + static_cast<std::ptrdiff_t>(c), cube) > 0)
-      continue;                      // looked at
-    std::vector<Vec3d> inside;       // by x, as the order is
-    std::vector<std::size_t> inner;  // of these
-    const auto is_before = [&](std::size_t i, std::int32_t x) {
-      return cell_of(p.x[i], inverse) < x;
-    };
-    for (auto k = std::lower_bound(order.begin(), order.end(), cube.x, is_before); k != order.end();
-         ++k) {
-      const Vec3d at{p.x[*k], p.y[*k], p.z[*k]};
-      if (inner.size() == kLeast && at.x - inside[inner.back()].x > kMargin * radius) break;
-      const Cube own = cube_of(p, *k, inverse);
-      if (own.x != cube.x) break;
-      if (own != cube) continue;
-      if (inner.size() < kLeast && is_inner(at.x, cube.x) && is_inner(at.y, cube.y) &&
-          is_inner(at.z, cube.z))
-        inner.push_back(inside.size());
-      inside.push_back(at);
+  std::size_t looked_at = 0, accompanied = 0;  // particles; those of them that are not lonely
+  for (auto cube = cubes.begin(); cube != cubes.end(); ++cube) {
+    if (std::find(cubes.begin(), cube, *cube) != cube) continue;
+    const Sample sample = sample_in(*cube, p, order, radius, inverse);
+    for (const std::size_t i : sample.inner) {
+      const double most = kSampleMargin * radius * kSampleMargin * radius;
+      if (std::sqrt(least_square(sample.inside, i, most)) / radius <= kLonely) ++accompanied;
     }
-    for (const std::size_t i : inner) {
-      const Vec3d& at = inside[i];
-      double least = kMargin * radius * kMargin * radius;  // squared
-      const auto is_apart = [&](const Vec3d& other) {      // and so are those behind it
-        const double dx = at.x - other.x, dy = at.y - other.y, dz = at.z - other.z;
-        least = std::min(least, dx * dx + dy * dy + dz * dz);
-        return dx * dx > least;
-      };
-      for (std::size_t j = i + 1; j < inside.size() && !is_apart(inside[j]);) ++j;
-      for (std::size_t j = i; j > 0 && !is_apart(inside[j - 1]);) --j;
-      if (std::sqrt(least) / radius <= kLonely) ++near;
-    }
-    asked += inner.size();
-    if (2 * near > kCubes * kLeast) return false;
+    looked_at += sample.inner.size();
+    if (2 * accompanied > kCubes * kMostInner) return false;
   }
-  return asked < kLeast || near <= asked / 2;  // the median is lonely
+  return looked_at < kMostInner || accompanied <= looked_at / 2;  // the median is lonely
 }
 
 // How much larger the radius is than half the particles' spacing; 1 where they do not tell.
