@@ -19,15 +19,9 @@ DevicePoints upload_points(Device& device, const Cells& cells) {
 }
 
 DeviceCells upload_cells(Device& device, const Cells& cells, float mass) {
-  const auto [x, y, z, tag, start] =
-      upload_together(device, cells.x, cells.y, cells.z, cells.tag, cells.start);
-  return {x,
-          y,
-          z,
-          constant(device, cells.x.size(), mass),
-          tag,
-          start,
-          {cells.inverse_cell, cells.mask}};
+  auto [uploaded] = upload_with_cells(device, cells);
+  uploaded.weight = constant(device, cells.x.size(), mass);
+  return uploaded;
 }
 
 std::vector<float> measure_density(Device& device, const DeviceCells& cells,

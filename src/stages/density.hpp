@@ -4,6 +4,7 @@
 
 #include "device/device.hpp"
 #include "device/records.hpp"
+#include "device/together.hpp"
 #include "meniscus/parameters.hpp"
 #include "stages/cells.hpp"
 #include "stages/vec.hpp"
@@ -44,6 +45,19 @@ DevicePoints upload_points(Device& device, const Cells& cells);
 
 /// Work-items for n particles of cells that are taken cell by cell.
 Range range_of_blocks(std::size_t n, int width);
+
+/// Uploads cells without weights, and other arrays with them.
+template <class... T>
+std::tuple<DeviceCells, Buffer<T>...> upload_with_cells(Device& device, const Cells& cells,
+                                                        const std::vector<T>&... values) {
+  return std::apply(
+      [&](const auto& x, const auto& y, const auto& z, const auto& tag, const auto& start,
+          const auto&... others) {
+        return std::tuple{DeviceCells{x, y, z, {}, tag, start, {cells.inverse_cell, cells.mask}},
+                          others...};
+      },
+      upload_together(device, cells.x, cells.y, cells.z, cells.tag, cells.start, values...));
+}
 
 /// Uploads cells; every weight is `mass`, with which the density of a fluid is 1 that has a
 /// particle in each 8 `mass` cubic particle radii.

@@ -162,14 +162,8 @@ std::vector<Vec3> motion_of_points(Device& device, const MovingParticles& moving
                                    const std::vector<Vec3d>& points) {
   const std::size_t n = points.size();
   if (n == 0 || moving.velocity.empty()) return std::vector<Vec3>(n);
-  std::vector<float> x(n), y(n), z(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    x[k] = static_cast<float>(points[k].x);
-    y[k] = static_cast<float>(points[k].y);
-    z[k] = static_cast<float>(points[k].z);
-  }
   // In the order of cells, so that a work-item's points lie close together.
-  const Cells order = make_cells(x, y, z, kSupport / 2);
+  const Cells order = make_cells(points, kSupport / 2);
   const auto motion = allocate<float>(device, 3 * n);
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   const std::size_t each = points_of_item(width);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <tuple>
 #include <utility>
 
 #include "base/parallel.hpp"
@@ -184,32 +185,17 @@ LaneCells upload_lane_cells(Device& device, const Projected& projected,
   std::vector<cl_int> place(n);  // of each fit in bucket order
   for (std::size_t p = 0; p < n; ++p)
     place[static_cast<std::size_t>(cells.item[p])] = static_cast<cl_int>(p);
-  const auto lanes_in = [&](std::size_t part) -> const std::vector<std::int32_t>& {
-    return neighbours.parts[part].lists.fit;
-  };
-  const auto put_places = [&](std::size_t part, cl_int* to) {
-    std::ranges::transform(lanes_in(part), to, [&](std::int32_t fit) {
-      return fit < 0 ? -1 : place[static_cast<std::size_t>(fit)];
-    });
-  };
-  // With the cells those of the first part, which mostly is the only one.
-  const std::size_t parts = neighbours.parts.size();
-  UploadTogether<float, float, float, cl_uint, cl_int, cl_int> arrays(
-      device, {n, n, n, n, cells.start.size(), parts > 0 ? lanes_in(0).size() : 0});
-  std::copy(cells.x.begin(), cells.x.end(), arrays.data<0>());
-  std::copy(cells.y.begin(), cells.y.end(), arrays.data<1>());
-  std::copy(cells.z.begin(), cells.z.end(), arrays.data<2>());
-  std::copy(cells.tag.begin(), cells.tag.end(), arrays.data<3>());
-  std::copy(cells.start.begin(), cells.start.end(), arrays.data<4>());
-  if (parts > 0) put_places(0, arrays.data<5>());
-  const auto [x, y, z, tag, start, first] = arrays.done();
-  all.cells = {x, y, z, {}, tag, start, {cells.inverse_cell, cells.mask}};
-  if (parts > 0) all.to.push_back(first);
-  for (std::size_t part = 1; part < parts; ++part) {
-    Upload<cl_int> to(device, lanes_in(part).size());
-    put_places(part, to.data());
-    all.to.push_back(to.done());
+  std::vector<std::vector<cl_int>> places;  // of each part's lanes
+  for (const FitNeighbours::Part& part : neighbours.parts) {
+    std::vector<cl_int>& to = places.emplace_back();
+    for (const std::int32_t fit : part.lists.fit)
+      to.push_back(fit < 0 ? -1 : place[static_cast<std::size_t>(fit)]);
   }
+  if (places.empty()) places.emplace_back();
+  // With the cells those of the first part, which mostly is the only one.
+  std::tie(all.cells, all.to.emplace_back()) = upload_with_cells(device, cells, places[0]);
+  for (std::size_t part = 1; part < places.size(); ++part)
+    all.to.push_back(upload(device, places[part]));
   return all;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "device/kernels.hpp"
 #include "device/together.hpp"
@@ -69,27 +70,16 @@ TrialPlaces upload_trials(Device& device, const Projected& projected, const Near
   TrialPlaces trials;
   trials.neighbours = upload_neighbours(device, projected, near, tried, around);
   const Cells cells = cells_of(projected, tried.index, kBentSheet);
-  const std::size_t n = tried.index.size();
   const std::vector<std::int32_t> place = places_in(around, tried.index);
-  UploadTogether<float, float, float, cl_uint, cl_int, cl_int, cl_int> arrays(
-      device, {n, n, n, n, cells.start.size(), n, n});
-  std::copy(cells.x.begin(), cells.x.end(), arrays.data<0>());
-  std::copy(cells.y.begin(), cells.y.end(), arrays.data<1>());
-  std::copy(cells.z.begin(), cells.z.end(), arrays.data<2>());
-  std::copy(cells.tag.begin(), cells.tag.end(), arrays.data<3>());
-  std::copy(cells.start.begin(), cells.start.end(), arrays.data<4>());
-  std::vector<cl_int> bucket(n);  // of each fit
-  for (std::size_t p = 0; p < n; ++p) {
-    const auto k = static_cast<std::size_t>(cells.item[p]);
-    bucket[k] = static_cast<cl_int>(p);
-    arrays.data<6>()[p] = place[k];
+  std::vector<cl_int> particle, bucket(place.size()), to;  // bucket: of each fit
+  for (const std::int32_t k : cells.item) {
+    bucket[static_cast<std::size_t>(k)] = static_cast<cl_int>(particle.size());
+    particle.push_back(place[static_cast<std::size_t>(k)]);
   }
-  std::ranges::transform(trials.neighbours.sheet.host.item, arrays.data<5>(),
-                         [&](std::int32_t k) { return bucket[static_cast<std::size_t>(k)]; });
-  const auto [x, y, z, tag, start, to, particle] = arrays.done();
-  trials.cells = {x, y, z, {}, tag, start, {cells.inverse_cell, cells.mask}};
-  trials.to = to;
-  trials.particle = particle;
+  for (const std::int32_t k : trials.neighbours.sheet.host.item)
+    to.push_back(bucket[static_cast<std::size_t>(k)]);
+  std::tie(trials.cells, trials.to, trials.particle) =
+      upload_with_cells(device, cells, to, particle);
   return trials;
 }
 

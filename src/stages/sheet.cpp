@@ -13,15 +13,7 @@ SheetFits upload_sheet(Device& device, const Cells& cells, const std::vector<Vec
                        const std::vector<std::vector<float>>& values) {
   // Normals, shares and values in bucket order behind the cells.
   const std::size_t n = cells.item.size(), rows = values.size();
-  UploadTogether<float, float, float, cl_uint, cl_int, float, float, float> fits(
-      device, {n, n, n, n, cells.start.size(), 3 * n, n, rows * n});
-  std::copy_n(cells.x.data(), n, fits.data<0>());
-  std::copy_n(cells.y.data(), n, fits.data<1>());
-  std::copy_n(cells.z.data(), n, fits.data<2>());
-  std::copy_n(cells.tag.data(), n, fits.data<3>());
-  std::copy_n(cells.start.data(), cells.start.size(), fits.data<4>());
-  float *const normals = fits.data<5>(), *const shares = fits.data<6>(),
-               *const row = fits.data<7>();
+  std::vector<float> normals(3 * n), shares(n), row(rows * n);
   for (std::size_t p = 0; p < n; ++p) {
     const std::size_t k = static_cast<std::size_t>(cells.item[p]);
     normals[p] = static_cast<float>(normal[k].x);
@@ -30,8 +22,9 @@ SheetFits upload_sheet(Device& device, const Cells& cells, const std::vector<Vec
     shares[p] = share[k];
     for (std::size_t r = 0; r < rows; ++r) row[r * n + p] = values[r][k];
   }
-  const auto [x, y, z, tag, start, toward, own_share, value] = fits.done();
-  return {{x, y, z, {}, tag, start, {cells.inverse_cell, cells.mask}}, toward, own_share, value};
+  const auto [on_device, toward, share_of, value] =
+      upload_with_cells(device, cells, normals, shares, row);
+  return {on_device, toward, share_of, value};
 }
 
 void average_sheet(Device& device, const SheetFits& fits, const SheetWeights& weights,
