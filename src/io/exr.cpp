@@ -20,7 +20,6 @@
 #include "io/exr_header.hpp"
 #include "io/exr_zip.hpp"
 #include "io/output_file.hpp"
-#include "io/seal.hpp"
 #include "io/writers.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
@@ -211,23 +210,15 @@ void write_exr(OutputFile& file, const Surface& surface, const Parameters& param
   for (const auto& [name, values] : narrow)
     slice(std::string(name).c_str(), Imf::HALF, values.data(), sizeof values[0]);
 
-  try {
+  write_with_openexr(file, [&] {
     const Imf::Header header = make_header(surface, parameters, compression, job, frame);
-    if (compression == Compression::zip || compression == Compression::zips) {
-      write_zipped(file, header, frame);
-    } else {
-      ExrStream stream(file);
-      Imf::OutputFile image(stream, header);
-      image.setFrameBuffer(frame);
-      image.writePixels(surface.camera.height);
-      // The destructor writes the table of offsets and swallows errors; seal() reports them.
-    }
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& error) {
-    throw OutputError(file.path() + ": cannot be written: OpenEXR: " + error.what());
-  }
-  seal(file, OutputFormat::exr);
+    if (compression == Compression::zip || compression == Compression::zips)
+      return write_zipped(file, header, frame);
+    ExrStream stream(file);
+    Imf::OutputFile image(stream, header);
+    image.setFrameBuffer(frame);
+    image.writePixels(surface.camera.height);
+  });
 }
 
 void write_exr(const std::string& path, const Surface& surface, const Parameters& parameters,

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "io/exr_header.hpp"
-#include "io/seal.hpp"
 #include "io/writers.hpp"
 #include "meniscus/error.hpp"
 
@@ -87,7 +86,7 @@ void write_lines(Imf::DeepScanLineOutputFile& image, const Surface& surface) {
 void write_deep_exr(OutputFile& file, const Surface& surface, const Parameters& parameters,
                     const std::string& job) {
   check_layers(surface);
-  try {
+  write_with_openexr(file, [&] {
     Imf::Header header =
         make_exr_header(surface, parameters, Imf::ZIPS_COMPRESSION, job, kDeepComments);
     header.setType(Imf::DEEPSCANLINE);
@@ -96,13 +95,7 @@ void write_deep_exr(OutputFile& file, const Surface& surface, const Parameters& 
     ExrStream stream(file);
     Imf::DeepScanLineOutputFile image(stream, header);
     write_lines(image, surface);
-    // The destructor writes the table of offsets and swallows errors; seal() reports them.
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& error) {
-    throw OutputError(file.path() + ": cannot be written: OpenEXR: " + error.what());
-  }
-  seal(file, OutputFormat::exr);
+  });
 }
 
 void write_deep_exr(const std::string& path, const Surface& surface, const Parameters& parameters) {

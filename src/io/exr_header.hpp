@@ -5,9 +5,12 @@
 #include <ImfHeader.h>
 #include <ImfIO.h>
 
+#include <exception>
 #include <string>
 
 #include "io/output_file.hpp"
+#include "io/seal.hpp"
+#include "meniscus/error.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
 
@@ -26,6 +29,20 @@ class ExrStream : public Imf::OStream {
  private:
   OutputFile& file_;
 };
+
+/// Calls write() and seals the file; what OpenEXR throws becomes OutputError. OpenEXR's destructors
+/// write its tables of offsets and swallow errors, which sealing reports.
+template <class Write>
+void write_with_openexr(OutputFile& file, const Write& write) {
+  try {
+    write();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw OutputError(file.path() + ": cannot be written: OpenEXR: " + error.what());
+  }
+  seal(file, OutputFormat::exr);
+}
 
 /// A header with the surface's camera, in OpenEXR's words and in ours, what it was made with, and
 /// the seal; without channels.

@@ -30,12 +30,9 @@ struct Borders {
 Borders borders_of(const Scene& scene) {
   const std::size_t pixels = scene.point.size();
   Borders borders{std::vector<char>(pixels), std::vector<char>(pixels)};
-  parallel_rows(scene.height, [&](int row) {
-    for (int column = 0; column < scene.width; ++column) {
-      const std::size_t k = scene.at(column, row);
-      borders.right[k] = column + 1 < scene.width && breaks(scene, column, row, column + 1, row);
-      borders.below[k] = row + 1 < scene.height && breaks(scene, column, row, column, row + 1);
-    }
+  parallel_pixels(scene, [&](int column, int row, std::size_t k) {
+    borders.right[k] = column + 1 < scene.width && breaks(scene, column, row, column + 1, row);
+    borders.below[k] = row + 1 < scene.height && breaks(scene, column, row, column, row + 1);
   });
   return borders;
 }
@@ -122,22 +119,19 @@ void follow_borders(const Lines& lines, float Shares::*from_this, float Shares::
 Picture mixed(const Scene& scene, const Mixing& mixing, Picture picture) {
   std::vector<std::vector<std::pair<std::size_t, Color>>> changed(
       static_cast<std::size_t>(scene.height));
-  parallel_rows(scene.height, [&](int row) {
-    for (int column = 0; column < scene.width; ++column) {
-      const std::size_t k = scene.at(column, row);
-      if (!mixing.touched[k]) continue;
-      const Shares& s = mixing.shares[k];
-      const auto blend = [&](float before, float after, std::size_t step) {
-        Color color = picture[k] * (1 - before - after);
-        if (before > 0) color = color + picture[k - step] * before;
-        if (after > 0) color = color + picture[k + step] * after;
-        changed[static_cast<std::size_t>(row)].emplace_back(k, color);
-      };
-      if (std::max(s.above, s.below) >= std::max(s.left, s.right))
-        blend(s.above, s.below, static_cast<std::size_t>(scene.width));
-      else
-        blend(s.left, s.right, 1);
-    }
+  parallel_pixels(scene, [&](int, int row, std::size_t k) {
+    if (!mixing.touched[k]) return;
+    const Shares& s = mixing.shares[k];
+    const auto blend = [&](float before, float after, std::size_t step) {
+      Color color = picture[k] * (1 - before - after);
+      if (before > 0) color = color + picture[k - step] * before;
+      if (after > 0) color = color + picture[k + step] * after;
+      changed[static_cast<std::size_t>(row)].emplace_back(k, color);
+    };
+    if (std::max(s.above, s.below) >= std::max(s.left, s.right))
+      blend(s.above, s.below, static_cast<std::size_t>(scene.width));
+    else
+      blend(s.left, s.right, 1);
   });
   for (const auto& row : changed)
     for (const auto& [k, color] : row) picture[k] = color;
@@ -155,18 +149,15 @@ Scene::Scene(const Surface& surface_)
   normal.resize(surface.normal.size());
   point.resize(surface.normal.size());
   const auto& m = surface.camera.view;
-  parallel_rows(height, [&](int row) {
-    for (int column = 0; column < width; ++column) {
-      const std::size_t k = at(column, row);
-      const Vec3& n = surface.normal[k];
-      const auto axis = [&](int r) {
-        return static_cast<float>(m[4 * r] * n.x + m[4 * r + 1] * n.y + m[4 * r + 2] * n.z);
-      };
-      normal[k] = {axis(0), axis(1), axis(2)};
-      if (covered(k))
-        point[k] = static_cast<Vec3>(
-            point_at(view, column + .5, row + .5, surface.depth[k] / view.radius));
-    }
+  parallel_pixels(*this, [&](int column, int row, std::size_t k) {
+    const Vec3& n = surface.normal[k];
+    const auto axis = [&](int r) {
+      return static_cast<float>(m[4 * r] * n.x + m[4 * r + 1] * n.y + m[4 * r + 2] * n.z);
+    };
+    normal[k] = {axis(0), axis(1), axis(2)};
+    if (covered(k))
+      point[k] =
+          static_cast<Vec3>(point_at(view, column + .5, row + .5, surface.depth[k] / view.radius));
   });
 }
 

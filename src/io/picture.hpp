@@ -57,6 +57,14 @@ struct Scene {
   Vec3 to_eye(int column, int row) const;
 };
 
+/// Calls work(column, row, pixel) for each pixel of a scene, as parallel_rows() does.
+template <class Work>
+void parallel_pixels(const Scene& scene, const Work& work) {
+  parallel_rows(scene.height, [&](int row) {
+    for (int column = 0; column < scene.width; ++column) work(column, row, scene.at(column, row));
+  });
+}
+
 /// [height*width] colours.
 using Picture = std::vector<Color>;
 

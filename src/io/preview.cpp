@@ -175,13 +175,10 @@ std::vector<std::uint8_t> draw_preview(const Surface& surface, Preview preview,
   const auto byte_of = [&](float channel) {
     return srgb[static_cast<std::size_t>(share(channel) * 65535 + 0.5f)];
   };
-  parallel_rows(scene.height, [&](int row) {
-    for (int column = 0; column < scene.width; ++column) {
-      const std::size_t k = scene.at(column, row);
-      bytes[3 * k] = byte_of(picture[k].x);
-      bytes[3 * k + 1] = byte_of(picture[k].y);
-      bytes[3 * k + 2] = byte_of(picture[k].z);
-    }
+  parallel_pixels(scene, [&](int, int, std::size_t k) {
+    bytes[3 * k] = byte_of(picture[k].x);
+    bytes[3 * k + 1] = byte_of(picture[k].y);
+    bytes[3 * k + 2] = byte_of(picture[k].z);
   });
   reached(1);
   return bytes;

@@ -165,19 +165,14 @@ Picture draw_glass(const Scene& scene, const std::function<void(double)>& reache
   const Glass glass{scene};
   reached(0.2);
   std::vector<Sight> sights(scene.normal.size());
-  parallel_rows(scene.height, [&](int row) {
-    for (int column = 0; column < scene.width; ++column)
-      sights[scene.at(column, row)] = glass.sight_at(column, row);
-  });
+  parallel_pixels(
+      scene, [&](int column, int row, std::size_t k) { sights[k] = glass.sight_at(column, row); });
   reached(0.6);
   Picture picture(scene.normal.size());
-  parallel_rows(scene.height, [&](int row) {
-    for (int column = 0; column < scene.width; ++column) {
-      const std::size_t k = scene.at(column, row);
-      const Color color = glass.at(
-          column, row, glass.wall.light_of(sights[k], width_at(scene, sights, column, row)));
-      picture[k] = {tone(color.x), tone(color.y), tone(color.z)};
-    }
+  parallel_pixels(scene, [&](int column, int row, std::size_t k) {
+    const Color color =
+        glass.at(column, row, glass.wall.light_of(sights[k], width_at(scene, sights, column, row)));
+    picture[k] = {tone(color.x), tone(color.y), tone(color.z)};
   });
   reached(1);
   return picture;

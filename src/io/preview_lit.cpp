@@ -169,21 +169,17 @@ Picture draw_lit(const Scene& scene, const std::function<void(double)>& reached)
   const Shadow shadow(scene);
   reached(0.65);
   Picture picture(scene.normal.size());
-  parallel_rows(scene.height, [&](int row) {
-    for (int column = 0; column < scene.width; ++column) {
-      const std::size_t k = scene.at(column, row);
-      Color color;
-      if (scene.covered(k)) {
-        color = water(scene.normal[k], scene.to_eye(column, row), relief[k],
-                      light.nearness(scene.point[k]));
-      } else {
-        color = backdrop((2 * static_cast<float>(column) + 1) / static_cast<float>(scene.width) - 1,
-                         1 - (2 * static_cast<float>(row) + 1) / static_cast<float>(scene.height));
-        color =
-            mix(color, color * Color{0.50f, 0.66f, 0.74f}, 0.75f * shadow.at_pixel(column, row));
-      }
-      picture[k] = {tone(color.x), tone(color.y), tone(color.z)};
+  parallel_pixels(scene, [&](int column, int row, std::size_t k) {
+    Color color;
+    if (scene.covered(k)) {
+      color = water(scene.normal[k], scene.to_eye(column, row), relief[k],
+                    light.nearness(scene.point[k]));
+    } else {
+      color = backdrop((2 * static_cast<float>(column) + 1) / static_cast<float>(scene.width) - 1,
+                       1 - (2 * static_cast<float>(row) + 1) / static_cast<float>(scene.height));
+      color = mix(color, color * Color{0.50f, 0.66f, 0.74f}, 0.75f * shadow.at_pixel(column, row));
     }
+    picture[k] = {tone(color.x), tone(color.y), tone(color.z)};
   });
   return picture;
 }

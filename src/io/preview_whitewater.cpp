@@ -16,22 +16,16 @@ Picture draw_whitewater_over(const Scene& scene, Picture picture) {
   const float per_length = 1 / (kSeen * static_cast<float>(scene.view.radius));
   for (const WhitewaterMaps& maps : scene.surface.whitewater)  // bubbles below all others
     if (maps.type == WhitewaterType::bubble)
-      parallel_rows(scene.height, [&](int row) {
-        for (int column = 0; column < scene.width; ++column) {
-          const std::size_t k = scene.at(column, row);
-          picture[k] = mix(picture[k], kInWater,
-                           0.75f * maps.coverage[k] * std::exp(-maps.behind[k] * per_length));
-        }
+      parallel_pixels(scene, [&](int, int, std::size_t k) {
+        picture[k] = mix(picture[k], kInWater,
+                         0.75f * maps.coverage[k] * std::exp(-maps.behind[k] * per_length));
       });
   for (const WhitewaterMaps& maps : scene.surface.whitewater)
     if (maps.type != WhitewaterType::bubble)
-      parallel_rows(scene.height, [&](int row) {
-        for (int column = 0; column < scene.width; ++column) {
-          const std::size_t k = scene.at(column, row);
-          const bool lies_on = maps.type == WhitewaterType::foam && scene.covered(k);
-          const float light = lies_on ? 0.8f + 0.2f * dot(scene.normal[k], kKey) : 1;
-          picture[k] = mix(picture[k], kWhite * light, maps.coverage[k]);
-        }
+      parallel_pixels(scene, [&](int, int, std::size_t k) {
+        const bool lies_on = maps.type == WhitewaterType::foam && scene.covered(k);
+        const float light = lies_on ? 0.8f + 0.2f * dot(scene.normal[k], kKey) : 1;
+        picture[k] = mix(picture[k], kWhite * light, maps.coverage[k]);
       });
   return picture;
 }

@@ -85,34 +85,31 @@ std::vector<Relief> measure_relief(const Scene& scene, float radius) {
   });
 
   std::vector<Relief> relief(scene.normal.size());
-  parallel_rows(scene.height, [&](int row) {
-    for (int column = 0; column < scene.width; ++column) {
-      const std::size_t here = scene.at(column, row);
-      if (!scene.covered(here)) continue;
-      const Vec3& center = scene.point[here];
-      const Vec3& n = scene.normal[here];
-      float weights = 0;
-      Relief sum;
-      for (int j = row / step - 1; j <= row / step + 1; ++j)
-        for (int i = column / step - 1; i <= column / step + 1; ++i) {
-          if (i < 0 || i >= columns || j < 0 || j >= rows) continue;
-          const int c = middle(i, scene.width), r = middle(j, scene.height);
-          const std::size_t there = scene.at(c, r);
-          if (!scene.covered(there)) continue;
-          const float x = static_cast<float>(c - column) / reach;
-          const float y = static_cast<float>(r - row) / reach;
-          const float off = dot(scene.point[there] - center, n);  // the tangent plane
-          const float alike = std::max(dot(n, scene.normal[there]), 0.0f);
-          const float alike2 = alike * alike, alike8 = alike2 * alike2 * alike2 * alike2;
-          const float weight = std::max(1 - x * x, 0.0f) * std::max(1 - y * y, 0.0f) *
-                               (alike8 + 1e-4f) * std::max(1 - off * off / 4, 0.0f);
-          weights += weight;
-          sum.hollow += weight * coarse_at(i, j).hollow;
-          sum.bulge += weight * coarse_at(i, j).bulge;
-        }
-      relief[here] = weights > 1e-6f ? Relief{sum.hollow / weights, sum.bulge / weights}
-                                     : measure(scene, offsets, radius, column, row);
-    }
+  parallel_pixels(scene, [&](int column, int row, std::size_t here) {
+    if (!scene.covered(here)) return;
+    const Vec3& center = scene.point[here];
+    const Vec3& n = scene.normal[here];
+    float weights = 0;
+    Relief sum;
+    for (int j = row / step - 1; j <= row / step + 1; ++j)
+      for (int i = column / step - 1; i <= column / step + 1; ++i) {
+        if (i < 0 || i >= columns || j < 0 || j >= rows) continue;
+        const int c = middle(i, scene.width), r = middle(j, scene.height);
+        const std::size_t there = scene.at(c, r);
+        if (!scene.covered(there)) continue;
+        const float x = static_cast<float>(c - column) / reach;
+        const float y = static_cast<float>(r - row) / reach;
+        const float off = dot(scene.point[there] - center, n);  // the tangent plane
+        const float alike = std::max(dot(n, scene.normal[there]), 0.0f);
+        const float alike2 = alike * alike, alike8 = alike2 * alike2 * alike2 * alike2;
+        const float weight = std::max(1 - x * x, 0.0f) * std::max(1 - y * y, 0.0f) *
+                             (alike8 + 1e-4f) * std::max(1 - off * off / 4, 0.0f);
+        weights += weight;
+        sum.hollow += weight * coarse_at(i, j).hollow;
+        sum.bulge += weight * coarse_at(i, j).bulge;
+      }
+    relief[here] = weights > 1e-6f ? Relief{sum.hollow / weights, sum.bulge / weights}
+                                   : measure(scene, offsets, radius, column, row);
   });
   return relief;
 }
