@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "accuracy/random.hpp"
+#include "stages/vec.hpp"
 
 namespace meniscus::accuracy {
 namespace {
@@ -188,11 +189,7 @@ Particles make_particles(const Scene& scene, double noise, std::uint64_t seed, F
   if (noise > 0) add_noise(points, noise, seed);
   for (const Piece& piece : scene.splash) points.insert(points.end(), piece.begin(), piece.end());
   Particles particles;
-  for (const Vec3d& p : points) {
-    particles.x.push_back(static_cast<float>(p.x));
-    particles.y.push_back(static_cast<float>(p.y));
-    particles.z.push_back(static_cast<float>(p.z));
-  }
+  for (const Vec3d& p : points) add_position(particles, p);
   particles.particle_radius = kParticleRadius;
   return particles;
 }

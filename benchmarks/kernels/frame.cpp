@@ -38,11 +38,8 @@ Frame::Frame(Device& device_, long long particles_, int width, int height)
   };
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return place(a) < place(b); });
-  for (const std::size_t k : order) {
-    world.x.push_back(positions.x[k]);
-    world.y.push_back(positions.y[k]);
-    world.z.push_back(positions.z[k]);
-  }
+  for (const std::size_t k : order)
+    add_position(world, {positions.x[k], positions.y[k], positions.z[k]});
 }
 
 const Projected& Frame::projected() {

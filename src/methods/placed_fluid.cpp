@@ -57,9 +57,7 @@ std::optional<PlacedFluid> with_voids(const PlacedFluid& fluid) {
   for (const Vec3d& at : voids) {
     particles.index.push_back(static_cast<std::uint32_t>(particles.size()));
     particles.scale.push_back(1);
-    particles.x.push_back(static_cast<float>(at.x));
-    particles.y.push_back(static_cast<float>(at.y));
-    particles.z.push_back(static_cast<float>(at.z));
+    add_position(particles, at);
   }
   filled.host_cells = cells_of(particles);
   return filled;

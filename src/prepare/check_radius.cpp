@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "base/exact_math.hpp"
-#include "base/team.hpp"
 #include "prepare/canonical_order.hpp"
 #include "prepare/crowds.hpp"
 #include "prepare/radius_estimate.hpp"
+#include "stages/vec.hpp"
 
 namespace meniscus {
 namespace {
@@ -20,17 +20,11 @@ RadiusEstimate estimate_of(const Particles& particles, std::size_t samples) {
   return estimate_radius(particles, canonical_order(particles, {}, told_before), samples);
 }
 
-void add(const std::array<float, 3>& at, Particles& to) {
-  to.x.push_back(at[0]);
-  to.y.push_back(at[1]);
-  to.z.push_back(at[2]);
-}
-
 // From the sample's density. It has no order, and so looks denser than it is in some places: this
 // is a fifth too small.
 double rough_radius(const Survey& survey) {
   Particles some;
-  for (const std::array<float, 3>& at : survey.sample) add(at, some);
+  for (const auto& [x, y, z] : survey.sample) add_position(some, {x, y, z});
   constexpr std::size_t kFew = 16;  // every thinned frame pays for them
   return estimate_of(some, kFew).radius *
          cube_root(static_cast<double>(survey.sample.size()) / static_cast<double>(survey.finite));
@@ -45,20 +39,12 @@ Particles some_places(const ParticleSource& source, const Survey& survey, double
   for (std::size_t k = 0; k < kPlaces; ++k)
     centres.push_back(sample[(2 * k + 1) * sample.size() / (2 * kPlaces)]);
   const auto half = static_cast<float>(side / 2);
-  Particles found;
-  for_each_chunk(source, kMostChunk, {}, [&](const ParticleChunk& chunk) {
-    for (std::size_t i = 0; i < chunk.count; ++i) {
-      const auto is_near = [&](const std::array<float, 3>& centre) {
-        return std::abs(chunk.x[i] - centre[0]) < half && std::abs(chunk.y[i] - centre[1]) < half &&
-               std::abs(chunk.z[i] - centre[2]) < half;
-      };
-      if (std::any_of(centres.begin(), centres.end(), is_near))
-        add({chunk.x[i], chunk.y[i], chunk.z[i]}, found);
-    }
+  return positions_where(source, [&](float x, float y, float z) {
+    return std::any_of(centres.begin(), centres.end(), [&](const std::array<float, 3>& centre) {
+      return std::abs(x - centre[0]) < half && std::abs(y - centre[1]) < half &&
+             std::abs(z - centre[2]) < half;
+    });
   });
-  for (std::vector<float>* const values : {&found.x, &found.y, &found.z})
-    *values = source.team().joined(std::move(*values));
-  return found;
 }
 
 bool fits(double radius, double fitting) {

@@ -61,28 +61,14 @@ class CellsAround {
   std::vector<bool> near_;  // [buckets]
 };
 
-// All particles in those cells.
-Particles particles_in(const ParticleSource& source, const CellsAround& around) {
-  Particles found;
-  for_each_chunk(source, kMostChunk, {}, [&](const ParticleChunk& chunk) {
-    for (std::size_t i = 0; i < chunk.count; ++i) {
-      if (!around.holds(chunk.x[i], chunk.y[i], chunk.z[i])) continue;
-      found.x.push_back(chunk.x[i]);
-      found.y.push_back(chunk.y[i]);
-      found.z.push_back(chunk.z[i]);
-    }
-  });
-  for (std::vector<float>* const values : {&found.x, &found.y, &found.z})
-    *values = source.team().joined(std::move(*values));
-  return found;
-}
-
 }  // namespace
 
 Disorder find_disorder(const ParticleSource& source, const View& view, const Parameters& params) {
   if (params.disorder >= 0) return {.amount = params.disorder};
   const std::vector<Place> places = spread_over(survey_of(source).sample);
-  const Particles found = particles_in(source, CellsAround(places, view.radius));
+  const CellsAround around(places, view.radius);
+  const Particles found =
+      positions_where(source, [&](float x, float y, float z) { return around.holds(x, y, z); });
   std::vector<Notice> of_some;  // what is wrong with all of them is told elsewhere
   const std::vector<std::size_t> order =
       without_crowds(found, canonical_order(found, {}, of_some), view.radius, of_some);

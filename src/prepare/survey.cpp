@@ -11,6 +11,7 @@
 #include "base/rounded_up.hpp"
 #include "base/team.hpp"
 #include "meniscus/error.hpp"
+#include "stages/vec.hpp"
 
 namespace meniscus {
 namespace {
@@ -252,6 +253,19 @@ void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkV
 const Survey& survey_of(const ParticleSource& source) {
   if (!source.survey_) source.survey_ = std::make_shared<const Survey>(survey_particles(source));
   return *source.survey_;
+}
+
+Particles positions_where(const ParticleSource& source,
+                          const std::function<bool(float x, float y, float z)>& wanted) {
+  Particles found;
+  for_each_chunk(source, kMostChunk, {}, [&](const ParticleChunk& chunk) {
+    for (std::size_t i = 0; i < chunk.count; ++i)
+      if (wanted(chunk.x[i], chunk.y[i], chunk.z[i]))
+        add_position(found, {chunk.x[i], chunk.y[i], chunk.z[i]});
+  });
+  for (std::vector<float>* const values : {&found.x, &found.y, &found.z})
+    *values = source.team().joined(std::move(*values));
+  return found;
 }
 
 Survey survey_particles(const ParticleSource& source) {

@@ -40,6 +40,10 @@ std::size_t chunk_within(std::size_t memory, std::size_t bytes_per_particle);
 void for_each_chunk(const ParticleSource& source, std::size_t size, const ChunkValues& also,
                     const std::function<void(ParticleChunk&)>& work);
 
+/// The positions for which `wanted` says so, of all shares, in every process.
+Particles positions_where(const ParticleSource& source,
+                          const std::function<bool(float x, float y, float z)>& wanted);
+
 struct Survey {
   std::int64_t size = 0, finite = 0;   // particles; those whose coordinates are all finite
   std::int64_t first_bad = -1;         // the first of the others

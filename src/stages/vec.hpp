@@ -40,6 +40,14 @@ inline Vec3d normalized(const Vec3d& a, const Vec3d& otherwise = {0, 0, 1}) {
   return l > 1e-12 ? a / l : otherwise;
 }
 
+/// Appends a position to the arrays x, y and z that particles are in.
+template <class P>
+void add_position(P& particles, const Vec3d& at) {
+  particles.x.push_back(static_cast<float>(at.x));
+  particles.y.push_back(static_cast<float>(at.y));
+  particles.z.push_back(static_cast<float>(at.z));
+}
+
 /// From `regular` at a disorder of 0 to `irregular` at 1 (relax.hpp).
 inline double between(double regular, double irregular, double disorder) {
   return regular + disorder * (irregular - regular);

@@ -9,6 +9,7 @@
 #include "meniscus/camera.hpp"
 #include "meniscus/whitewater.hpp"
 #include "program/dam_break.hpp"
+#include "stages/vec.hpp"
 #include "verify/random.hpp"
 
 namespace meniscus::verify {
@@ -50,11 +51,7 @@ std::vector<Method> every_method() {
   return methods;
 }
 
-void add(Particles& particles, double x, double y, double z) {
-  particles.x.push_back(static_cast<float>(x));
-  particles.y.push_back(static_cast<float>(y));
-  particles.z.push_back(static_cast<float>(z));
-}
+void add(Particles& particles, double x, double y, double z) { add_position(particles, {x, y, z}); }
 
 // Two layers of 7 x 7 with a step, three pieces of splash.
 Particles block() {

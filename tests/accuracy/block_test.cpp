@@ -22,11 +22,9 @@ constexpr double kRadius = .5, kHalf = kSide / 2.;  // of a particle, and of the
 Particles block() {
   Particles particles;
   particles.particle_radius = kRadius;
-  for (int k = 0; k < kSide * kSide * kSide; ++k) {
-    particles.x.push_back(static_cast<float>(k % kSide + kRadius - kHalf));
-    particles.y.push_back(static_cast<float>(k / kSide % kSide + kRadius - kHalf));
-    particles.z.push_back(static_cast<float>(k / kSide / kSide + kRadius - kHalf));
-  }
+  for (int k = 0; k < kSide * kSide * kSide; ++k)
+    add_position(particles, {k % kSide + kRadius - kHalf, k / kSide % kSide + kRadius - kHalf,
+                             k / kSide / kSide + kRadius - kHalf});
   return particles;
 }
 

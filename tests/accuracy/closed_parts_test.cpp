@@ -14,6 +14,7 @@
 #include "methods/closed.hpp"
 #include "methods/placed_fluid.hpp"
 #include "prepare/fill.hpp"
+#include "stages/vec.hpp"
 
 namespace meniscus::accuracy {
 namespace {
@@ -71,14 +72,10 @@ PlacedParticles some_of(const WorldParticles& all, const Projected& even, const 
   for (const Attribute& attribute : all.attributes) some.attributes.push_back({attribute.name, {}});
   for (std::size_t i = 0; i < all.x.size(); ++i) {
     if (!box.holds(even.eye(i) * unit)) continue;
-    in_box.placed.x.push_back(even.x[i]);
-    in_box.placed.y.push_back(even.y[i]);
-    in_box.placed.z.push_back(even.z[i]);
+    add_position(in_box.placed, {even.x[i], even.y[i], even.z[i]});
     in_box.placed.scale.push_back(even.scale[i]);
     in_box.placed.index.push_back(static_cast<std::uint32_t>(some.x.size()));
-    some.x.push_back(all.x[i]);
-    some.y.push_back(all.y[i]);
-    some.z.push_back(all.z[i]);
+    add_position(some, {all.x[i], all.y[i], all.z[i]});
     if (!all.scale.empty()) some.scale.push_back(all.scale[i]);
     if (all.moving) some.velocity.push_back(all.velocity[i]);
     for (std::size_t a = 0; a < all.attributes.size(); ++a)
@@ -161,9 +158,7 @@ Particles long_bar(float noise, int drops) {
   Particles particles;
   particles.particle_radius = 1;
   const auto add = [&](float x, float y, float z) {
-    particles.x.push_back(x + off(random));
-    particles.y.push_back(y + off(random));
-    particles.z.push_back(z + off(random));
+    add_position(particles, {x + off(random), y + off(random), z + off(random)});
     particles.vx.push_back(std::sin(x));
     particles.vy.push_back(y);
     particles.vz.push_back(z * x);
@@ -211,9 +206,7 @@ TEST(ClosedParts, HaveTheBytesOfARowOfDrops) {
         for (int k = -1; k <= 1; ++k) {
           const float x = 2.0f * i, y = 2.0f * j, z = 2.0f * k;
           if (x * x + y * y + z * z > 4) continue;
-          particles.x.push_back(20.0f * drop + x);
-          particles.y.push_back(y);
-          particles.z.push_back(z);
+          add_position(particles, {20.0f * drop + x, y, z});
         }
   expect_same_in_parts(particles);
 }
@@ -224,11 +217,8 @@ TEST(ClosedParts, HaveTheBytesOfWhiteNoise) {
   std::uniform_real_distribution<float> within(0, 1);
   Particles particles;
   particles.particle_radius = 1.0 / 120;
-  for (int k = 0; k < 20000; ++k) {
-    particles.x.push_back(4 * within(random));
-    particles.y.push_back(within(random) * 0.5f);
-    particles.z.push_back(within(random) * 0.5f);
-  }
+  for (int k = 0; k < 20000; ++k)
+    add_position(particles, {4 * within(random), within(random) * 0.5f, within(random) * 0.5f});
   expect_same_in_parts(particles);
 }
 

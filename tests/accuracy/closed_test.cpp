@@ -12,6 +12,7 @@
 #include "accuracy/particles.hpp"
 #include "base/parallel.hpp"
 #include "meniscus/device.hpp"
+#include "stages/vec.hpp"
 
 namespace meniscus::accuracy {
 namespace {
@@ -158,9 +159,7 @@ TEST(Closed, ThreadsAndLayersOfIrregularParticlesHold) {
   Particles thread, layer;
   thread.particle_radius = layer.particle_radius = 0.5;
   const auto add = [](Particles& particles, int i, int j) {
-    particles.x.push_back(static_cast<float>(i));
-    particles.y.push_back(static_cast<float>(j));
-    particles.z.push_back(0);
+    add_position(particles, Vec3d(i, j, 0));
   };
   for (int i = 0; i < 24; ++i) add(thread, i, 0);
   for (int i = 0; i < 12; ++i)

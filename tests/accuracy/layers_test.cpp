@@ -13,6 +13,7 @@
 #include "meniscus/meniscus.hpp"
 #include "same_bits.hpp"
 #include "stages/view.hpp"
+#include "thrown.hpp"
 
 namespace meniscus::accuracy {
 namespace {
@@ -118,11 +119,7 @@ TEST(ExtractLayers, SeeThroughAFrameThatStreams) {
   particles.particle_radius = 0.5;
   for (int k = 0; k < kSide; ++k)
     for (int j = 0; j < kSide; ++j)
-      for (int i = 0; i < kSide; ++i) {
-        particles.x.push_back(static_cast<float>(i) + 0.5f);
-        particles.y.push_back(static_cast<float>(j) + 0.5f);
-        particles.z.push_back(static_cast<float>(k) + 0.5f);
-      }
+      for (int i = 0; i < kSide; ++i) add_position(particles, {i + 0.5, j + 0.5, k + 0.5});
   const Camera camera = look_at({32, 32, 200}, {32, 32, 32}, {0, 1, 0}, 26, 48, 36);
   Device device;
   for (const double thin : {0.0, 4.0}) {
@@ -147,9 +144,7 @@ TEST(ExtractLayers, LeaveOutAStrayThatNoMeshReaches) {
   const Surface expected = extract(device, particles, camera, with_layers(1));
   const View view = make_view(camera, 1, {});
   const Vec3d far = world_from_eye(view, {0, 0, -2e7 * kParticleRadius});
-  particles.x.push_back(static_cast<float>(far.x));
-  particles.y.push_back(static_cast<float>(far.y));
-  particles.z.push_back(static_cast<float>(far.z));
+  add_position(particles, far);
   const Surface found = extract(device, particles, camera, with_layers(1));
   EXPECT_EQ(found.counts.in_view, expected.counts.in_view + 1);
   const std::size_t middle =
@@ -170,12 +165,8 @@ TEST(ExtractLayers, AreRefusedOfMethodsWithAFrontAlone) {
       EXPECT_NO_THROW(check(parameters));
       continue;
     }
-    try {
-      check(parameters);
-      FAIL() << entry.name;
-    } catch (const InvalidArgument& error) {
-      EXPECT_THAT(error.what(), HasSubstr("method " + entry.name + " has one layer"));
-    }
+    EXPECT_THAT(text_of_thrown<InvalidArgument>([&] { check(parameters); }),
+                HasSubstr("method " + entry.name + " has one layer"));
   }
   EXPECT_THROW(check(with_layers(-1)), InvalidArgument);
   EXPECT_THROW(check(with_layers(9)), InvalidArgument);

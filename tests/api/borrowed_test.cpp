@@ -13,7 +13,9 @@
 #include "meniscus/meniscus.hpp"
 #include "meniscus/named_parameters.hpp"
 #include "same_bits.hpp"
+#include "stages/vec.hpp"
 #include "texts.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -55,9 +57,7 @@ Particles cube(int side) {
   Particles particles;
   particles.particle_radius = 0.5;
   for (int k = 0; k < side * side * side; ++k) {
-    particles.x.push_back(static_cast<float>(k % side));
-    particles.y.push_back(static_cast<float>(k / side % side));
-    particles.z.push_back(static_cast<float>(k / side / side));
+    add_position(particles, Vec3d(k % side, k / side % side, k / side / side));
     particles.vx.push_back(particles.y.back());
     particles.vy.push_back(0);
     particles.vz.push_back(-1);
@@ -123,12 +123,8 @@ TEST(Borrowed, RefusesColumnsThatDoNotFit) {
   BorrowedParticles borrowed(particles);
   borrowed.y = Column(particles.y.data(), 26);
   Device device;
-  try {
-    extract(device, borrowed, camera);
-    FAIL();
-  } catch (const InvalidArgument& error) {
-    EXPECT_THAT(error.what(), HasSubstr("x, y and z have 27, 26 and 27 values"));
-  }
+  EXPECT_THAT(text_of_thrown<InvalidArgument>([&] { extract(device, borrowed, camera); }),
+              HasSubstr("x, y and z have 27, 26 and 27 values"));
   borrowed = BorrowedParticles(particles);
   borrowed.radius = Column(particles.radius.data(), 5);
   EXPECT_THROW(source_of(borrowed), InvalidArgument);
@@ -175,19 +171,10 @@ TEST(NamedParameters, AreSetByName) {
   EXPECT_EQ(parameters.fit.passes, 2);
   EXPECT_THROW(set_parameter(parameters, "passes", 1.5), InvalidArgument);
   EXPECT_THROW(set_parameter(parameters, "passes", 1e300), InvalidArgument);
-  try {
-    set_parameter(parameters, "foot-print", 1);
-    FAIL();
-  } catch (const InvalidArgument& error) {
-    EXPECT_THAT(error.what(), HasSubstr("nearest name is footprint"));
-  }
-  try {
-    set_parameter(parameters, "foo", 1);
-    FAIL();
-  } catch (const InvalidArgument& error) {
-    EXPECT_STREQ(error.what(),
-                 "there is no parameter foo; named_parameters() lists those there are");
-  }
+  EXPECT_THAT(text_of_thrown<InvalidArgument>([&] { set_parameter(parameters, "foot-print", 1); }),
+              HasSubstr("nearest name is footprint"));
+  EXPECT_EQ(text_of_thrown<InvalidArgument>([&] { set_parameter(parameters, "foo", 1); }),
+            "there is no parameter foo; named_parameters() lists those there are");
 }
 
 TEST(Version, MacrosAndFunctionAgree) {

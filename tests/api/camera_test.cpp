@@ -112,11 +112,7 @@ TEST(FrameParticles, ShowsEveryParticle) {
   Particles particles;
   particles.particle_radius = 0.1;
   for (const double x : {-3.0, 0.0, 7.0})
-    for (const double y : {-1.0, 2.0}) {
-      particles.x.push_back(static_cast<float>(x));
-      particles.y.push_back(static_cast<float>(y));
-      particles.z.push_back(static_cast<float>(x * y));
-    }
+    for (const double y : {-1.0, 2.0}) add_position(particles, {x, y, x * y});
   particles.x.push_back(std::nanf(""));  // left out
   particles.y.push_back(0);
   particles.z.push_back(0);
@@ -141,14 +137,8 @@ TEST(FrameParticles, ShowsEveryParticle) {
 Particles cube_and(float x) {
   Particles particles;
   particles.particle_radius = 0.5;
-  for (int k = 0; k < 1000; ++k) {
-    particles.x.push_back(static_cast<float>(k % 10));
-    particles.y.push_back(static_cast<float>(k / 10 % 10));
-    particles.z.push_back(static_cast<float>(k / 100));
-  }
-  particles.x.push_back(x);
-  particles.y.push_back(4);
-  particles.z.push_back(4);
+  for (int k = 0; k < 1000; ++k) add_position(particles, Vec3d(k % 10, k / 10 % 10, k / 100));
+  add_position(particles, {x, 4, 4});
   return particles;
 }
 

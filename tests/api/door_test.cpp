@@ -16,6 +16,7 @@
 #include "prepare/fill.hpp"
 #include "program/dam_break.hpp"
 #include "same_bits.hpp"
+#include "stages/vec.hpp"
 #include "texts.hpp"
 
 namespace meniscus {
@@ -43,9 +44,9 @@ Particles streaming(Particles particles) {
   const float step = 2 * static_cast<float>(DamBreak(6000, 1).particle_radius());
   const int side = 64;
   for (std::int64_t k = 0; static_cast<std::int64_t>(particles.size()) < kStreamed; ++k) {
-    particles.x.push_back(10 + step * static_cast<float>(k % side));
-    particles.y.push_back(10 + step * static_cast<float>(k / side % side));
-    particles.z.push_back(10 + step * static_cast<float>(k / side / side));
+    add_position(particles, {10 + step * static_cast<float>(k % side),
+                             10 + step * static_cast<float>(k / side % side),
+                             10 + step * static_cast<float>(k / side / side)});
     for (std::vector<float>* v : {&particles.vx, &particles.vy, &particles.vz})
       if (!v->empty()) v->push_back(1);
     if (!particles.radius.empty()) particles.radius.push_back(particles.radius.front());

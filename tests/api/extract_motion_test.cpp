@@ -27,9 +27,7 @@ Particles block(const Velocity& velocity) {
       for (int i = 0; i < 14; ++i) {
         const Vec3d at = Vec3d{i - 6.5, j - 4.5, k - 5.5} * (2 * kRadius);
         const Vec3 v = static_cast<Vec3>(velocity(at));
-        particles.x.push_back(static_cast<float>(at.x));
-        particles.y.push_back(static_cast<float>(at.y));
-        particles.z.push_back(static_cast<float>(at.z));
+        add_position(particles, at);
         particles.vx.push_back(v.x);
         particles.vy.push_back(v.y);
         particles.vz.push_back(v.z);
@@ -207,9 +205,7 @@ TEST_F(ExtractMotion, IsAnAdditionThatChangesNothingElse) {
 TEST_F(ExtractMotion, DoesNotDependOnTheOrderOfParticles) {
   Particles particles = block([](const Vec3d& p) { return Vec3d{p.y, std::sin(9 * p.x), 1}; });
   for (std::size_t i = 0; i < 300; ++i) {
-    particles.x.push_back(particles.x[5 * i]);
-    particles.y.push_back(particles.y[5 * i]);
-    particles.z.push_back(particles.z[5 * i]);
+    add_position(particles, {particles.x[5 * i], particles.y[5 * i], particles.z[5 * i]});
     particles.vx.push_back(static_cast<float>(i) * 0.37f);
     particles.vy.push_back(-1.0f / 3);
     particles.vz.push_back(i % 10 == 0 ? NAN : 0.1f);

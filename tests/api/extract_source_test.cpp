@@ -18,6 +18,7 @@
 #include "same_bits.hpp"
 #include "stages/vec.hpp"
 #include "texts.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -197,11 +198,9 @@ TEST_F(ExtractSource, ClosesOrderlyParticlesThatStreamAsTheyAre) {
   std::normal_distribution<float> noise(0, 0.1f);  // radii
   Particles lattice;
   lattice.particle_radius = 1;
-  for (int i = 0; i < 65 * 65 * 64; ++i) {
-    lattice.x.push_back(2.0f * (i % 65) + noise(random));
-    lattice.y.push_back(2.0f * (i / 65 % 65) + noise(random));
-    lattice.z.push_back(2.0f * (i / (65 * 65)) + noise(random));
-  }
+  for (int i = 0; i < 65 * 65 * 64; ++i)
+    add_position(lattice, {2.0f * (i % 65) + noise(random), 2.0f * (i / 65 % 65) + noise(random),
+                           2.0f * (i / (65 * 65)) + noise(random)});
   ASSERT_GE(static_cast<std::int64_t>(lattice.size()), kStreamed);
   Parameters parameters;
   parameters.disorder = 0;
@@ -232,12 +231,9 @@ TEST_F(ExtractSource, TellsThatTheRadiusDoesNotFitTheSpacing) {
 
 TEST_F(ExtractSource, NamesTheLeastMemory) {
   const auto source = source_of(frame());
-  try {
-    extract(device_, *source, small_camera(), {}, nullptr, 1000);
-    FAIL();
-  } catch (const InvalidArgument& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("memory is 1000 bytes, must be at least"));
-  }
+  EXPECT_THAT(text_of_thrown<InvalidArgument>(
+                  [&] { extract(device_, *source, small_camera(), {}, nullptr, 1000); }),
+              testing::HasSubstr("memory is 1000 bytes, must be at least"));
 }
 
 // The error of the thinned surface, along its normal, in pixels: representatives are 3.4 pixels
@@ -339,9 +335,7 @@ TEST_F(ExtractSource, ReportsVelocitiesThatAreNoneOfWhatIsSeen) {
 TEST_F(ExtractSource, LosesNoLoneParticle) {
   Particles particles = frame();
   const Vec3 lone{1.5f, 1.1f, 0.75f};
-  particles.x.push_back(lone.x);
-  particles.y.push_back(lone.y);
-  particles.z.push_back(lone.z);
+  add_position(particles, Vec3d(lone));
   particles.vx.push_back(0);
   particles.vy.push_back(7);
   particles.vz.push_back(0);
@@ -370,9 +364,7 @@ TEST_F(ExtractSource, LosesNoLoneParticle) {
 Particles dam_in_a_box() {
   Particles particles = dam_particles(DamBreak(20000, 1));
   for (const float corner : {-20.0f, 20.0f}) {
-    particles.x.push_back(corner);
-    particles.y.push_back(corner);
-    particles.z.push_back(corner);
+    add_position(particles, {corner, corner, corner});
     particles.vx.push_back(corner);
     particles.vy.push_back(0);
     particles.vz.push_back(0);
@@ -384,9 +376,9 @@ Particles dam_in_a_box() {
 Particles streaming(Particles particles) {
   std::mt19937 random(4);
   while (static_cast<std::int64_t>(particles.size()) < kStreamed) {
-    particles.x.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
-    particles.y.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
-    particles.z.push_back(18 + static_cast<float>(random() % 1000) * 0.002f);
+    add_position(particles, {18 + static_cast<float>(random() % 1000) * 0.002f,
+                             18 + static_cast<float>(random() % 1000) * 0.002f,
+                             18 + static_cast<float>(random() % 1000) * 0.002f});
     particles.vx.push_back(5);
     particles.vy.push_back(NAN);
     particles.vz.push_back(5);
@@ -417,9 +409,7 @@ TEST_F(ExtractSource, ACrowdIsADropInFramesOfAnySize) {
   const auto with_crowd = [](std::size_t count) {
     Particles particles = dam_in_a_box();
     for (std::size_t k = 0; k < count; ++k) {
-      particles.x.push_back(1.5f);
-      particles.y.push_back(1);
-      particles.z.push_back(0.75f);
+      add_position(particles, {1.5f, 1, 0.75f});
       particles.vx.push_back(3);
       particles.vy.push_back(2);
       particles.vz.push_back(1);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "same_bits.hpp"
+#include "stages/vec.hpp"
 
 namespace meniscus {
 namespace {
@@ -16,11 +17,8 @@ namespace {
 Particles cube(int side) {
   Particles particles;
   particles.particle_radius = 0.5;
-  for (int k = 0; k < side * side * side; ++k) {
-    particles.x.push_back(static_cast<float>(k % side));
-    particles.y.push_back(static_cast<float>(k / side % side));
-    particles.z.push_back(static_cast<float>(k / side / side));
-  }
+  for (int k = 0; k < side * side * side; ++k)
+    add_position(particles, Vec3d(k % side, k / side % side, k / side / side));
   return particles;
 }
 

@@ -12,6 +12,7 @@
 #include "device/device.hpp"
 #include "faults/failing_call.hpp"
 #include "meniscus/meniscus.hpp"
+#include "stages/vec.hpp"
 
 namespace {
 
@@ -24,9 +25,9 @@ Particles tiny_frame() {
   for (int k = 0; k < 2; ++k)
     for (int j = 0; j < 6; ++j)
       for (int i = 0; i < 6; ++i) {
-        particles.x.push_back(static_cast<float>(i + 0.11 * std::sin(3 * i + 7 * j + k)));
-        particles.y.push_back(static_cast<float>(j + 0.13 * std::cos(5 * i + j - k)));
-        particles.z.push_back(static_cast<float>(-k + 0.2 * std::sin(i + 2 * j)));
+        add_position(particles,
+                     {i + 0.11 * std::sin(3 * i + 7 * j + k), j + 0.13 * std::cos(5 * i + j - k),
+                      -k + 0.2 * std::sin(i + 2 * j)});
         particles.vx.push_back(0);
         particles.vy.push_back(1);
         particles.vz.push_back(0.5f);

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "meniscus/error.hpp"
+#include "stages/vec.hpp"
 #include "texts.hpp"
 
 namespace meniscus {
@@ -18,11 +19,7 @@ using testing::HasSubstr;
 
 Particles particles_at(const std::vector<std::array<float, 3>>& points) {
   Particles p;
-  for (const auto& [x, y, z] : points) {
-    p.x.push_back(x);
-    p.y.push_back(y);
-    p.z.push_back(z);
-  }
+  for (const auto& [x, y, z] : points) add_position(p, {x, y, z});
   return p;
 }
 

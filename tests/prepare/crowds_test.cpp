@@ -10,6 +10,7 @@
 #include <random>
 #include <set>
 
+#include "stages/vec.hpp"
 #include "texts.hpp"
 
 namespace meniscus {
@@ -54,11 +55,7 @@ class Crowds : public testing::Test {
     std::sort(order.begin(), order.end(),
               [&](std::size_t a, std::size_t b) { return points_[a] < points_[b]; });
     Particles p;
-    for (const auto& [x, y, z] : points_) {
-      p.x.push_back(x);
-      p.y.push_back(y);
-      p.z.push_back(z);
-    }
+    for (const auto& [x, y, z] : points_) add_position(p, {x, y, z});
     notices_.clear();
     std::vector<Point> points;
     for (const std::size_t i : without_crowds(p, order, kRadius, notices_))

@@ -14,6 +14,7 @@
 #include "prepare/canonical_order.hpp"
 #include "prepare/crowds.hpp"
 #include "prepare/shared_source.hpp"
+#include "stages/vec.hpp"
 
 namespace meniscus {
 namespace {
@@ -27,11 +28,7 @@ Particles long_bar() {
   std::normal_distribution<float> off(0, 0.58f);
   Particles particles;
   particles.particle_radius = 1;
-  const auto add = [&](float x, float y, float z) {
-    particles.x.push_back(x);
-    particles.y.push_back(y);
-    particles.z.push_back(z);
-  };
+  const auto add = [&](float x, float y, float z) { add_position(particles, {x, y, z}); };
   for (int k = 0; k < 6; ++k)
     for (int i = 0; i < 600; ++i)
       for (int j = 0; j < 6; ++j)

@@ -11,6 +11,7 @@
 #include "meniscus/error.hpp"
 #include "stages/project.hpp"
 #include "stages/stage_test_support.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -23,11 +24,8 @@ using Gather = OnDevice;
 Particles cloud(std::size_t n) {
   Random random(11);
   Particles particles;
-  for (std::size_t i = 0; i < n; ++i) {
-    particles.x.push_back(static_cast<float>(random(-9, 9)));
-    particles.y.push_back(static_cast<float>(random(-9, 9)));
-    particles.z.push_back(static_cast<float>(random(-9, 12)));
-  }
+  for (std::size_t i = 0; i < n; ++i)
+    add_position(particles, {random(-9, 9), random(-9, 9), random(-9, 12)});
   particles.x[n / 2] = NAN;
   particles.y[n / 3] = INFINITY;
   return particles;
@@ -86,9 +84,7 @@ TEST_P(Gather, FindsTheNearestDepthOfEveryCell) {
     const double u = at.u / kCell + 4, v = at.v / kCell + 4;  // 4 cells of border: 12 pixels
     if (std::abs(u - std::round(u)) < 1e-4 || std::abs(v - std::round(v)) < 1e-4) continue;
     if (u < 1 || v < 1 || u > 41 || v > 33) continue;  // inside of the outermost cells
-    kept.x.push_back(particles.x[i]);
-    kept.y.push_back(particles.y[i]);
-    kept.z.push_back(particles.z[i]);
+    add_position(kept, {particles.x[i], particles.y[i], particles.z[i]});
     double& depth = nearest.try_emplace({int(u), int(v)}, 1e30).first->second;
     depth = std::min(depth, -eye.z);
   }
@@ -127,9 +123,7 @@ TEST_P(Gather, TellsTheFrontLayerOfASlope) {
           const Vec3d eye{x, y, -400 - slope * x - back * std::sqrt(1 + slope * slope)};
           const Vec3d world = world_from_eye(view, eye);
           if (layer == 0) front.insert(static_cast<std::int64_t>(particles.size()));
-          particles.x.push_back(static_cast<float>(world.x));
-          particles.y.push_back(static_cast<float>(world.y));
-          particles.z.push_back(static_cast<float>(world.z));
+          add_position(particles, world);
         }
     const double spacing = 2 * view.u_scale / view.w_row[3];
     const FrontMap map = find_fronts(
@@ -154,9 +148,7 @@ TEST_P(Gather, LimitsEndBehindTheFrontButNotAtGaps) {
   Particles particles;
   const auto add = [&](double u, double v, double depth) {
     const Vec3d world = world_from_eye(view, point_at(view, u, v, depth));
-    particles.x.push_back(static_cast<float>(world.x));
-    particles.y.push_back(static_cast<float>(world.y));
-    particles.z.push_back(static_cast<float>(world.z));
+    add_position(particles, world);
   };
   // The left half of the screen is full at depth 300 but for one cell; a particle behind
   // everywhere.
@@ -185,12 +177,8 @@ TEST(ChunkSize, FitsTheMemoryOrSaysWhatWould) {
   EXPECT_EQ(chunk_size(1000 + 16 * 6463, 1000), 6400u);
   EXPECT_EQ(chunk_size(std::size_t{1} << 40, 0), std::size_t{1} << 20);
   EXPECT_EQ(chunk_size(16 * 64, 0), 64u);
-  try {
-    chunk_size(5000, 4000);
-    FAIL();
-  } catch (const InvalidArgument& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("memory is 5000 bytes, must be at least 5024"));
-  }
+  EXPECT_THAT(text_of_thrown<InvalidArgument>([&] { chunk_size(5000, 4000); }),
+              testing::HasSubstr("memory is 5000 bytes, must be at least 5024"));
 }
 
 MENISCUS_ON_EVERY_DEVICE(Gather);

@@ -8,6 +8,7 @@
 
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "stages/vec.hpp"
 
 namespace meniscus {
 namespace {
@@ -40,11 +41,9 @@ TEST(Origin, LeavesTheSurfaceAloneWhenAParticleIsThrownOut) {
   particles.particle_radius = 0.05;
   for (int k = 0; k < 8; ++k)
     for (int j = 0; j < 10; ++j)
-      for (int i = 0; i < 12; ++i) {
-        particles.x.push_back(0.1f * static_cast<float>(i) + 0.01f * static_cast<float>(j % 3));
-        particles.y.push_back(0.1f * static_cast<float>(j));
-        particles.z.push_back(0.1f * static_cast<float>(k));
-      }
+      for (int i = 0; i < 12; ++i)
+        add_position(particles, {0.1f * static_cast<float>(i) + 0.01f * static_cast<float>(j % 3),
+                                 0.1f * static_cast<float>(j), 0.1f * static_cast<float>(k)});
   const Camera camera = look_at({2.2, 1.8, 2.6}, {0.6, 0.5, 0.4}, {0, 1, 0}, 35, 120, 90);
   Device device;
   for (const Method method : {Method::fit, Method::ssm}) {

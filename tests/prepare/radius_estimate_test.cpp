@@ -10,6 +10,7 @@
 #include "meniscus/source.hpp"
 #include "prepare/canonical_order.hpp"
 #include "prepare/choose_radius.hpp"
+#include "stages/vec.hpp"
 
 namespace meniscus {
 namespace {
@@ -24,11 +25,9 @@ Particles shaken(int nx, int ny, int nz) {
   Particles p;
   for (int k = 0; k < nz; ++k)
     for (int j = 0; j < ny; ++j)
-      for (int i = 0; i < nx; ++i) {
-        p.x.push_back(static_cast<float>(kSpacing * (i + shift(random))));
-        p.y.push_back(static_cast<float>(kSpacing * (j + shift(random))));
-        p.z.push_back(static_cast<float>(kSpacing * (k + shift(random))));
-      }
+      for (int i = 0; i < nx; ++i)
+        add_position(p, {kSpacing * (i + shift(random)), kSpacing * (j + shift(random)),
+                         kSpacing * (k + shift(random))});
   return p;
 }
 
@@ -58,11 +57,7 @@ TEST(RadiusEstimate, OfRainTellsNoFluid) {
   std::mt19937 random(3);
   std::uniform_real_distribution<float> place(0, 1);
   Particles p;
-  for (int k = 0; k < 4000; ++k) {
-    p.x.push_back(place(random));
-    p.y.push_back(place(random));
-    p.z.push_back(place(random));
-  }
+  for (int k = 0; k < 4000; ++k) add_position(p, {place(random), place(random), place(random)});
   EXPECT_FALSE(estimate(p).is_dense);
 }
 
@@ -86,11 +81,8 @@ TEST(RadiusEstimate, OfMillionsInAnyOrderTakesNoLongerThanToSortThem) {
   std::mt19937 random(5);
   std::uniform_real_distribution<float> place(0, 1);
   Particles p;
-  for (std::size_t k = 0; k < kMany; ++k) {
-    p.x.push_back(place(random));
-    p.y.push_back(place(random));
-    p.z.push_back(place(random));
-  }
+  for (std::size_t k = 0; k < kMany; ++k)
+    add_position(p, {place(random), place(random), place(random)});
   using Clock = std::chrono::steady_clock;
   std::vector<Notice> notices;
   const Clock::time_point start = Clock::now();

@@ -32,22 +32,18 @@ Particles noisy_waves(double sigma) {
   Particles particles;
   for (int i = 0; i < 50; ++i)
     for (int j = 0; j < 40; ++j)
-      for (int k = 0; k < 30 + 10 * std::sin(0.3 * i); ++k) {
-        particles.x.push_back(static_cast<float>(2 * kRadius * (i + off())));
-        particles.y.push_back(static_cast<float>(2 * kRadius * (j + off())));
-        particles.z.push_back(static_cast<float>(2 * kRadius * (k + off())));
-      }
+      for (int k = 0; k < 30 + 10 * std::sin(0.3 * i); ++k)
+        add_position(particles, {2 * kRadius * (i + off()), 2 * kRadius * (j + off()),
+                                 2 * kRadius * (k + off())});
   return particles;
 }
 
 Particles particles_anywhere() {
   Random random(5);
   Particles particles;
-  for (int k = 0; k < 60000; ++k) {
-    particles.x.push_back(static_cast<float>(random(0, 80 * kRadius)));
-    particles.y.push_back(static_cast<float>(random(0, 80 * kRadius)));
-    particles.z.push_back(static_cast<float>(random(0, 75 * kRadius)));
-  }
+  for (int k = 0; k < 60000; ++k)
+    add_position(particles,
+                 {random(0, 80 * kRadius), random(0, 80 * kRadius), random(0, 75 * kRadius)});
   return particles;
 }
 
@@ -124,11 +120,8 @@ TEST(SampledDisorder, IsThatOfParticlesWithoutCrowds) {
   Particles particles = noisy_waves(0.05);
   const std::size_t n = particles.size();
   for (std::size_t i = 0; i < n; i += 50)
-    for (int copy = 0; copy < 40; ++copy) {
-      particles.x.push_back(particles.x[i]);
-      particles.y.push_back(particles.y[i]);
-      particles.z.push_back(particles.z[i]);
-    }
+    for (int copy = 0; copy < 40; ++copy)
+      add_position(particles, {particles.x[i], particles.y[i], particles.z[i]});
   EXPECT_EQ(sampled(particles).amount, 0);
 }
 

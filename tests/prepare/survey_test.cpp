@@ -11,6 +11,7 @@
 #include "own_source.hpp"
 #include "prepare/shared_source.hpp"
 #include "stages/stage_test_support.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -19,9 +20,7 @@ Particles random_particles(std::size_t n, bool radii) {
   Random random(3);
   Particles particles;
   for (std::size_t i = 0; i < n; ++i) {
-    particles.x.push_back(static_cast<float>(random(-3, 2)));
-    particles.y.push_back(static_cast<float>(random(-1, -0.5)));
-    particles.z.push_back(static_cast<float>(random(0, 7)));
+    add_position(particles, {random(-3, 2), random(-1, -0.5), random(0, 7)});
     if (radii) particles.radius.push_back(static_cast<float>(std::exp(random(-9, 9))));
   }
   return particles;
@@ -93,12 +92,8 @@ TEST(Survey, RefusesRadiiThatAreNone) {
   for (const float radius : {0.0f, -1.0f, NAN, INFINITY}) {
     Particles particles = random_particles(100, true);
     particles.radius[42] = radius;
-    try {
-      survey_particles(*source_of(particles));
-      FAIL() << radius;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr("particle 42: radius is "));
-    }
+    EXPECT_THAT(text_of_thrown<InputError>([&] { survey_particles(*source_of(particles)); }),
+                testing::HasSubstr("particle 42: radius is "));
   }
 }
 

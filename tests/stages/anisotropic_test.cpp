@@ -18,9 +18,7 @@ Projected block(unsigned seed) {
   Random random(seed);
   Projected particles;
   const auto add = [&](double x, double y, double z) {
-    particles.x.push_back(static_cast<float>(x));
-    particles.y.push_back(static_cast<float>(y));
-    particles.z.push_back(static_cast<float>(z));
+    add_position(particles, {x, y, z});
     particles.scale.push_back(1);
   };
   for (int k = 0; k < 4; ++k)

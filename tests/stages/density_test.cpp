@@ -61,11 +61,10 @@ Projected shaken_block(int side, double spacing, double rough) {
   Projected p;
   for (int k = 0; k < side; ++k)
     for (int j = 0; j < side; ++j)
-      for (int i = 0; i < side; ++i) {
-        p.x.push_back(static_cast<float>(spacing * i - 20 + random(-rough, rough)));
-        p.y.push_back(static_cast<float>(spacing * j - 20 + random(-rough, rough)));
-        p.z.push_back(static_cast<float>(-20 - spacing * k + random(-rough, rough)));
-      }
+      for (int i = 0; i < side; ++i)
+        add_position(
+            p, {spacing * i - 20 + random(-rough, rough), spacing * j - 20 + random(-rough, rough),
+                -20 - spacing * k + random(-rough, rough)});
   return p;
 }
 
@@ -107,11 +106,7 @@ TEST_P(Density, LevelledWeightsAreOneForALoneParticleAndFallInsideTheFluid) {
   p = {};
   for (int k = 0; k < 7; ++k)
     for (int j = 0; j < 7; ++j)
-      for (int i = 0; i < 7; ++i) {
-        p.x.push_back(static_cast<float>(2 * i));
-        p.y.push_back(static_cast<float>(2 * j));
-        p.z.push_back(static_cast<float>(-20 - 2 * k));
-      }
+      for (int i = 0; i < 7; ++i) add_position(p, Vec3d(2 * i, 2 * j, -20 - 2 * k));
   const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
   const auto weight =
       download(device_, levelled(device_, upload_cells(device_, cells), params).weight);

@@ -29,9 +29,7 @@ struct Corner {
         for (int k = -8; k < 8; ++k) {
           const bool in_quarter = i < 0 && k < 0, out_quarter = i >= 0 && k >= 0;
           if (concave ? out_quarter : !in_quarter) continue;
-          particles.x.push_back(static_cast<float>(2 * i + 1));
-          particles.y.push_back(static_cast<float>(2 * j));
-          particles.z.push_back(static_cast<float>(2 * k + 1));
+          add_position(particles, Vec3d(2 * i + 1, 2 * j, 2 * k + 1));
         }
   }
   ImplicitFunction function(Device& device, const Parameters& params) const {

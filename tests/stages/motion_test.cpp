@@ -19,9 +19,7 @@ struct Fluid {
   std::vector<Vec3> velocity;
 
   void add(const Vec3& at, const Vec3& v) {
-    projected.x.push_back(at.x);
-    projected.y.push_back(at.y);
-    projected.z.push_back(at.z);
+    add_position(projected, Vec3d(at));
     projected.index.push_back(static_cast<std::uint32_t>(velocity.size()));
     velocity.push_back(v);
   }

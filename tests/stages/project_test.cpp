@@ -50,9 +50,7 @@ TEST(Project, MatchesTheReference) {
         const auto p = reference::project(camera, kRadius, kOrigin, {x, y, z}, scale, kEpsilon);
         const Fate fate = fate_of(p, camera, view.near_depth, kMargin);
         if (fate == Fate::undecided) continue;
-        particles.x.push_back(x);
-        particles.y.push_back(y);
-        particles.z.push_back(z);
+        add_position(particles, {x, y, z});
         particles.scale.push_back(scale);
         if (fate == Fate::kept)
           expected.push_back(p);

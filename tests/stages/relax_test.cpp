@@ -302,9 +302,7 @@ TEST_P(ProjectAgain, HasThePixelsOfWhereParticlesWent) {
   WorldParticles particles;
   Random random(2);
   for (int k = 0; k < 500; ++k) {
-    particles.x.push_back(static_cast<float>(random(-1, 1)));
-    particles.y.push_back(static_cast<float>(random(-1, 1)));
-    particles.z.push_back(static_cast<float>(random(-1, 1)));
+    add_position(particles, {random(-1, 1), random(-1, 1), random(-1, 1)});
     particles.scale.push_back(static_cast<float>(random(0.5, 2)));
   }
   const Projected expected = project_particles(view, particles, 3);

@@ -13,11 +13,8 @@ namespace {
 Projected scattered(std::size_t n, double side, unsigned seed) {
   Random random(seed);
   Projected p;
-  for (std::size_t i = 0; i < n; ++i) {
-    p.x.push_back(static_cast<float>(random(-side, side)));
-    p.y.push_back(static_cast<float>(random(-side, side)));
-    p.z.push_back(static_cast<float>(random(-side, side)));
-  }
+  for (std::size_t i = 0; i < n; ++i)
+    add_position(p, {random(-side, side), random(-side, side), random(-side, side)});
   return p;
 }
 
@@ -81,11 +78,8 @@ TEST(SplitSplash, FindsTheSameInManyParticles) {
   Projected p;
   SplashSplit expected;
   for (std::size_t k = 0; k < kClouds; ++k) {
-    for (std::size_t i = 0; i < cloud.size(); ++i) {
-      p.x.push_back(cloud.x[i]);
-      p.y.push_back(cloud.y[i]);
-      p.z.push_back(cloud.z[i] + 64 * static_cast<float>(k));
-    }
+    for (std::size_t i = 0; i < cloud.size(); ++i)
+      add_position(p, {cloud.x[i], cloud.y[i], cloud.z[i] + 64 * static_cast<float>(k)});
     const auto append = [&](const std::vector<std::int32_t>& from, std::vector<std::int32_t>& to) {
       for (const std::int32_t i : from)
         to.push_back(i + static_cast<std::int32_t>(k * cloud.size()));

@@ -12,6 +12,7 @@
 #include "meniscus/camera.hpp"
 #include "same_bits.hpp"
 #include "stages/stage_test_support.hpp"
+#include "thrown.hpp"
 #include "verify/references/whitewater.hpp"
 
 namespace meniscus {
@@ -46,9 +47,7 @@ Surface exact_surface(float depth) {
 }
 
 void add(Particles& particles, double x, double y, double z, double radius, Vec3 velocity = {}) {
-  particles.x.push_back(static_cast<float>(x));
-  particles.y.push_back(static_cast<float>(y));
-  particles.z.push_back(static_cast<float>(z));
+  add_position(particles, {x, y, z});
   particles.radius.push_back(static_cast<float>(radius));
   particles.vx.push_back(velocity.x);
   particles.vy.push_back(velocity.y);
@@ -340,12 +339,7 @@ TEST_P(WhitewaterOn, DrawsEachTypeAndParticlesOfOneValue) {
 
 template <class Thrown>
 void expect_refused(const std::string& why, const std::function<void()>& work) {
-  try {
-    work();
-    ADD_FAILURE() << "nothing was thrown, wanted: " << why;
-  } catch (const Thrown& error) {
-    EXPECT_THAT(error.what(), HasSubstr(why));
-  }
+  EXPECT_THAT(text_of_thrown<Thrown>([&] { work(); }), HasSubstr(why));
 }
 
 TEST_P(WhitewaterOn, RefusesWhatItCannotDraw) {

@@ -61,9 +61,7 @@ struct FieldOnRay {
       const Vec3d apart = all.particles.eye(i) - origin;
       const double along = dot(apart, direction) / (speed * speed);
       if (length(apart - direction * along) >= 4.001) continue;
-      field.particles.x.push_back(all.particles.x[i]);
-      field.particles.y.push_back(all.particles.y[i]);
-      field.particles.z.push_back(all.particles.z[i]);
+      add_position(field.particles, {all.particles.x[i], all.particles.y[i], all.particles.z[i]});
       field.weight.push_back(all.weight[i]);
     }
   }

@@ -14,11 +14,8 @@ namespace {
 reference::Fluid fluid_below(unsigned seed) {
   Random random(seed);
   reference::Fluid fluid;
-  for (int k = 0; k < 260; ++k) {
-    fluid.levelled.particles.x.push_back(static_cast<float>(random(-9, 9)));
-    fluid.levelled.particles.y.push_back(static_cast<float>(random(-7, 7)));
-    fluid.levelled.particles.z.push_back(static_cast<float>(random(-27, -19)));
-  }
+  for (int k = 0; k < 260; ++k)
+    add_position(fluid.levelled.particles, {random(-9, 9), random(-7, 7), random(-27, -19)});
   return fluid;
 }
 

@@ -96,9 +96,7 @@ inline std::vector<float> stairs(const SampleGrid& grid, unsigned seed) {
 
 /// Adds a particle of the common radius, which spans (ku, kv) pixels around pixel (u, v).
 inline void add_particle(Projected& p, const Vec3d& eye, double u, double v, double ku, double kv) {
-  p.x.push_back(static_cast<float>(eye.x));
-  p.y.push_back(static_cast<float>(eye.y));
-  p.z.push_back(static_cast<float>(eye.z));
+  add_position(p, eye);
   p.u.push_back(static_cast<float>(u));
   p.v.push_back(static_cast<float>(v));
   p.ku.push_back(static_cast<float>(ku));
@@ -110,11 +108,8 @@ inline void add_particle(Projected& p, const Vec3d& eye, double u, double v, dou
 inline Projected scattered(std::size_t n, double side, unsigned seed) {
   Random random(seed);
   Projected p;
-  for (std::size_t i = 0; i < n; ++i) {
-    p.x.push_back(static_cast<float>(random(-side, side)));
-    p.y.push_back(static_cast<float>(random(-side, side)));
-    p.z.push_back(static_cast<float>(random(-side, side) - 20));
-  }
+  for (std::size_t i = 0; i < n; ++i)
+    add_position(p, {random(-side, side), random(-side, side), random(-side, side) - 20});
   return p;
 }
 
@@ -123,9 +118,7 @@ inline Projected spheres_around(const View& view, int n, unsigned seed) {
   Random random(seed);
   WorldParticles world;
   for (int k = 0; k < n; ++k) {
-    world.x.push_back(static_cast<float>(random(-4, 4)));
-    world.y.push_back(static_cast<float>(random(-3, 3)));
-    world.z.push_back(static_cast<float>(random(-4, 4)));
+    add_position(world, {random(-4, 4), random(-3, 3), random(-4, 4)});
     world.scale.push_back(static_cast<float>(random(0.6, 1.5)));
   }
   return project_particles(view, world, 2);

@@ -12,11 +12,7 @@ namespace meniscus {
 inline Projected blob_and_lone(const View& view, double u, double v) {
   Random random(11);
   Projected p;
-  const auto add = [&](const Vec3d& at) {
-    p.x.push_back(static_cast<float>(at.x));
-    p.y.push_back(static_cast<float>(at.y));
-    p.z.push_back(static_cast<float>(at.z));
-  };
+  const auto add = [&](const Vec3d& at) { add_position(p, at); };
   for (const double depth : {21, 33}) {
     const Vec3d corner = point_at(view, u, v, depth) - Vec3d{6, 5, 0};
     for (int k = 0; k < 2; ++k)
@@ -37,9 +33,7 @@ inline Projected ball(const View& view, double u, double v) {
   while (p.x.size() < 900) {
     const Vec3d from{random(-4, 4), random(-4, 4), random(-4, 4)};
     if (length(from) > 4) continue;
-    p.x.push_back(static_cast<float>(middle.x + from.x));
-    p.y.push_back(static_cast<float>(middle.y + from.y));
-    p.z.push_back(static_cast<float>(middle.z + from.z));
+    add_position(p, {middle.x + from.x, middle.y + from.y, middle.z + from.z});
   }
   return p;
 }
