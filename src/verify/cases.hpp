@@ -1,9 +1,11 @@
 // What launches the kernels that are verified, and in which variants.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "device/device.hpp"
@@ -26,37 +28,24 @@ const std::vector<Variant>& variants();
 /// Sets a device to a variant while it lives.
 class AsVariant {
  public:
-  AsVariant(Device& device, const Variant& variant)
-      : state_(device.state()),
-        width_(state_.vector_width),
-        wide_(state_.wide),
-        row_group_(state_.row_group),
-        discs_(state_.discs),
-        largest_group_(state_.info.largest_group) {
-    state_.vector_width = variant.width;
-    state_.wide = variant.wide;
-    state_.row_group = variant.group;
-    state_.discs = DiscForm::bins;  // what draws by minima has cases of its own
+  AsVariant(Device& device, const Variant& variant) : state_(device.state()), before_(settings()) {
+    std::uint64_t largest = state_.info.largest_group;
     if (variant.largest_group > 0)
-      state_.info.largest_group = std::min<std::uint64_t>(largest_group_, variant.largest_group);
+      largest = std::min<std::uint64_t>(largest, variant.largest_group);
+    // What draws by minima has cases of its own.
+    settings() = std::tuple{variant.width, variant.wide, variant.group, DiscForm::bins, largest};
   }
-  ~AsVariant() {
-    state_.vector_width = width_;
-    state_.wide = wide_;
-    state_.row_group = row_group_;
-    state_.discs = discs_;
-    state_.info.largest_group = largest_group_;
-  }
+  ~AsVariant() { settings() = before_; }
   AsVariant(const AsVariant&) = delete;
   AsVariant& operator=(const AsVariant&) = delete;
 
  private:
+  std::tuple<int&, bool&, std::size_t&, DiscForm&, std::uint64_t&> settings() {
+    return {state_.vector_width, state_.wide, state_.row_group, state_.discs,
+            state_.info.largest_group};
+  }
   Device::State& state_;
-  int width_;
-  bool wide_;
-  std::size_t row_group_;
-  DiscForm discs_;
-  std::uint64_t largest_group_;
+  std::tuple<int, bool, std::size_t, DiscForm, std::uint64_t> before_;
 };
 
 /// Something that launches kernels, always the same ones.
