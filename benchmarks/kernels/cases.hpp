@@ -21,61 +21,39 @@ namespace meniscus::bench {
 struct Case {
   std::string unit;  // what `items` counts: "particles"
   double items = 0, bytes = 0, operations = 0, atomics = 0;
-  std::function<void()> launch;  // by the stage's host function; other kernels may run, too
+  std::function<void()> launch{};  // by the stage's host function; other kernels may run, too
   /// Instead of `launch`, for kernels whose inputs only a whole frame has: the milliseconds of all
   /// launches in each of some frames; the counts are those of all launches then.
-  std::vector<double> frame_ms;
+  std::vector<double> frame_ms{};
   /// Of a kernel with a native version to take turns with, besides: the same of one more frame.
-  std::function<double()> next_frame_ms;
-  std::string also;                      // a second kernel of it; all launches count together then
-  bool whole = false;                    // wall time of `launch` until the device is done
-  std::function<void(Workers&)> native;  // empty: there is none
-  std::function<void()> reset_native;    // before each native run, not timed; may be empty
+  std::function<double()> next_frame_ms{};
+  std::string also{};  // a second kernel of it; all launches count together then
+  bool whole = false;  // wall time of `launch` until the device is done
+  std::function<void(Workers&)> native{};  // empty: there is none
+  std::function<void()> reset_native{};    // before each native run, not timed; may be empty
   /// After a launch and a native run: how many values of the two results differ in their bits.
-  std::function<std::size_t()> differing;
+  std::function<std::size_t()> differing{};
 };
+
+/// Makes a kernel ready on a frame.
+using Prepare = Case(Frame& frame);
 
 struct KernelBench {
   const char* kernel;  // as its events are named
-  Case (*prepare)(Frame& frame);
+  Prepare* prepare;
 };
 
 /// All kernels, in the pipeline's order.
 const std::vector<KernelBench>& kernel_benches();
 
-Case prepare_splat(Frame& frame);
-Case prepare_owned(Frame& frame);
-Case prepare_owners_by_bins(Frame& frame);
-Case prepare_owners_by_minima(Frame& frame);
-Case prepare_fronts_by_bins(Frame& frame);
-Case prepare_fronts_by_minima(Frame& frame);
-Case prepare_spheres_by_bins(Frame& frame);
-Case prepare_spheres_by_minima(Frame& frame);
-Case prepare_gradients(Frame& frame);
-Case prepare_evidence(Frame& frame);
-Case prepare_edges(Frame& frame);
-Case prepare_averages(Frame& frame);
-Case prepare_blend(Frame& frame);
-Case prepare_settle(Frame& frame);
-Case prepare_follow(Frame& frame);
-Case prepare_splash(Frame& frame);
-Case prepare_compare(Frame& frame);
-Case prepare_interpolate(Frame& frame);
-Case prepare_specks(Frame& frame);
-Case prepare_fairing(Frame& frame);
-Case prepare_motion(Frame& frame);
-Case prepare_cast_spheres(Frame& frame);
-Case prepare_smooth_columns(Frame& frame);
-Case prepare_smooth_rows(Frame& frame);
-Case prepare_normals(Frame& frame);
-Case prepare_blend_particles(Frame& frame);
-Case prepare_shape_kernels(Frame& frame);
-Case prepare_cast_field(Frame& frame);
-Case prepare_triangles(Frame& frame);
-Case prepare_fit(Frame& frame);
-Case prepare_bilateral(Frame& frame);
-Case prepare_narrow_range(Frame& frame);
-Case prepare_flow(Frame& frame);
+Prepare prepare_splat, prepare_owned, prepare_owners_by_bins, prepare_owners_by_minima,
+    prepare_fronts_by_bins, prepare_fronts_by_minima, prepare_spheres_by_bins,
+    prepare_spheres_by_minima, prepare_gradients, prepare_evidence, prepare_edges, prepare_averages,
+    prepare_blend, prepare_settle, prepare_follow, prepare_splash, prepare_compare,
+    prepare_interpolate, prepare_specks, prepare_fairing, prepare_motion, prepare_cast_spheres,
+    prepare_smooth_columns, prepare_smooth_rows, prepare_normals, prepare_blend_particles,
+    prepare_shape_kernels, prepare_cast_field, prepare_triangles, prepare_fit, prepare_bilateral,
+    prepare_narrow_range, prepare_flow;
 
 /// How many values differ in their bits; all of them when the sizes do.
 std::size_t count_differing(const std::vector<float>& a, const std::vector<float>& b);

@@ -29,9 +29,7 @@ Case prepare_gradients(Frame& frame) {
   const Cells& cells = frame.cells();
   const auto device_cells = std::make_shared<DeviceCells>(upload_cells(frame.device, cells));
   const double n = static_cast<double>(cells.x.size());
-  Case result;
-  result.unit = "particles";
-  result.items = n;
+  Case result{.unit = "particles", .items = n};
   // Position and weight read; gradient, density and the levelled field's weight written.
   result.bytes = 36 * n;
   // A pair: difference 3, v 7, its powers and weight 3, kernel 6, its sum 2, its derivative 7,

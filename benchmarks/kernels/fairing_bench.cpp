@@ -31,8 +31,7 @@ Case prepare_fairing(Frame& frame) {
   const SurfaceMap& image = frame.frames(Method::fit).image;
   const double sigma = frame.params.fairing;
   const auto surface = std::make_shared<SurfaceBuffers>(upload(frame.device, image));
-  Case result;
-  result.unit = "pixels";
+  Case result{.unit = "pixels"};
   for (const float t : image.depth) result.items += t < kNoSurface;
   // Twice: all depths, the surface's normals read, and as many written.
   result.bytes = 2 * (4.0 * static_cast<double>(image.depth.size()) + 24 * result.items);

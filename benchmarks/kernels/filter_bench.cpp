@@ -47,10 +47,7 @@ double windows(const Frame& frame, const Map& map, double sigma) {
 Case prepare_bilateral(Frame& frame) {
   const BilateralParams& params = frame.params.bilateral;
   const auto map = map_of(frame, params.footprint);
-  Case result;
-  result.unit = "samples";
-  result.items = map->open;
-  result.bytes = 8 * map->open;
+  Case result{.unit = "samples", .items = map->open, .bytes = 8 * map->open};
   // A sample of the window: distance on the screen 3, in depth 1, exponent 3, exponential 21, sums
   // 3. The window itself and the quotient: 10.
   result.operations = 31 * windows(frame, *map, params.sigma) + 10 * map->open;
@@ -64,10 +61,7 @@ Case prepare_narrow_range(Frame& frame) {
   NarrowRangeParams params = frame.params.narrow_range;
   params.cleanup = 0;  // another window
   const auto map = map_of(frame, params.footprint);
-  Case result;
-  result.unit = "samples";
-  result.items = map->open;
-  result.bytes = 8 * map->open;
+  Case result{.unit = "samples", .items = map->open, .bytes = 8 * map->open};
   // A pair of opposite samples: distance 2 and weight 22, differences 2, sums 6, ranges 8.
   result.operations = 20 * windows(frame, *map, params.sigma) + 10 * map->open;
   result.launch = [&frame, map, params] {
@@ -80,10 +74,7 @@ Case prepare_flow(Frame& frame) {
   CurvatureFlowParams params = frame.params.curvature_flow;
   params.time = 0.1;
   const auto map = map_of(frame, params.footprint);
-  Case result;
-  result.unit = "samples";
-  result.items = map->open;
-  result.bytes = 8 * map->open;
+  Case result{.unit = "samples", .items = map->open, .bytes = 8 * map->open};
   // Eight differences 8, ray and tangents 24, first differences 34, second 22, mixed 32, normal 9,
   // fundamental forms 30, speed and step 16.
   result.operations = 175 * map->open;

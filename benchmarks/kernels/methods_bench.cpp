@@ -6,8 +6,7 @@ namespace {
 
 Case frame_case(Frame& frame, Method method, const char* kernel, double bytes_a_pixel) {
   const Frame::Frames& frames = frame.frames(method);
-  Case result;
-  result.unit = "pixels";
+  Case result{.unit = "pixels"};
   for (const float t : frames.image.depth) result.items += t < kNoSurface;
   result.bytes = bytes_a_pixel * result.items;
   result.frame_ms = frame.frame_ms(method, kernel);

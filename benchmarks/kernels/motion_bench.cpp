@@ -38,9 +38,7 @@ Case prepare_motion(Frame& frame) {
       std::make_shared<MovingParticles>(upload_moving(frame.device, frame.projected(), velocity));
   double samples = 0;
   for (const float depth : image.depth) samples += depth < kNoSurface;
-  Case result;
-  result.unit = "samples";
-  result.items = samples;
+  Case result{.unit = "samples", .items = samples};
   // Depths and particles read, velocities written.
   result.bytes = 4 * static_cast<double>(image.grid.size()) +
                  24 * static_cast<double>(moving->velocity.size()) + 12 * samples;

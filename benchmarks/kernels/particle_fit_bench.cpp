@@ -8,9 +8,7 @@ namespace meniscus::bench {
 
 Case prepare_fit(Frame& frame) {
   const auto problems = fit_problems(frame);
-  Case result;
-  result.unit = "fits";
-  result.items = problems->fits;
+  Case result{.unit = "fits", .items = problems->fits};
   // A neighbour's index read and its weight written; a fit's particle and support read, eleven
   // values and a normal written.
   result.bytes = 8 * problems->neighbours + 96 * problems->fits;
@@ -47,9 +45,7 @@ Case prepare_fit(Frame& frame) {
 
 Case prepare_edges(Frame& frame) {
   const auto problems = fit_problems(frame);
-  Case result;
-  result.unit = "fits";
-  result.items = problems->fits;
+  Case result{.unit = "fits", .items = problems->fits};
   // A neighbour's index and weight read; a fit's particle and quadric read, seven values written.
   result.bytes = 8 * problems->neighbours + 100 * problems->fits;
   // A neighbour: difference 3, square 5, normals 6, distance 3, share 8, spline 4, weight 23,

@@ -35,9 +35,7 @@ Counts count_samples(const Triangulation& mesh, const SampleGrid& grid) {
 Case prepare_triangles(Frame& frame) {
   const SampleGrid grid = pixel_grid(frame.view);
   const Counts counts = count_samples(frame.mesh(), grid);
-  Case result;
-  result.unit = "pixels";
-  result.items = static_cast<double>(grid.size());
+  Case result{.unit = "pixels", .items = static_cast<double>(grid.size())};
   // Ten values a triangle; a depth written a pixel.
   result.bytes = 40 * counts.kept + 4 * result.items;
   // A sample of the box: place 1, barycentric coordinates 3, 3 and 2. A sample inside: depth 5, its

@@ -25,9 +25,7 @@ Case prepare_evidence(Frame& frame) {
   const auto trials = std::make_shared<TrialPlaces>(
       find_trials(frame.device, frame.projected(), frame.rim(), frame.surface().index));
   const double pairs = count_pairs(frame, frame.surface().index, kEvidenceReach);
-  Case result;
-  result.unit = "fits";
-  result.items = static_cast<double>(frame.rim().index.size());
+  Case result{.unit = "fits", .items = static_cast<double>(frame.rim().index.size())};
   // A neighbour's index read. Of a fit place, two normals, quadrics and weights read; a normal, a
   // share and three values written.
   result.bytes = 4 * pairs + (152 + 28) * result.items;
@@ -42,9 +40,7 @@ Case prepare_evidence(Frame& frame) {
 }
 
 Case prepare_averages(Frame& frame) {
-  Case result;
-  result.unit = "fits";
-  result.items = static_cast<double>(frame.rim().index.size());
+  Case result{.unit = "fits", .items = static_cast<double>(frame.rim().index.size())};
   result.frame_ms = frame.frame_ms(Method::fit, "average_on_sheets");
   // Twice, residuals and what trust is told from: place, normal, share and 1 or 3 values read, as
   // many written.

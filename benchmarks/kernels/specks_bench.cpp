@@ -103,8 +103,7 @@ struct Closing {
 Case prepare_specks(Frame& frame) {
   const auto closing = std::make_shared<Closing>(damaged_surface(frame.frames(Method::fit).image));
   const Maps& given = closing->given;
-  Case result;
-  result.unit = "pixels";
+  Case result{.unit = "pixels"};
   for (const float t : given.depth) result.items += t < kNoSurface;
   // Depth and kind of every pixel and normals of the surface, read once; little is written.
   result.bytes = 5.0 * static_cast<double>(given.depth.size()) + 12 * result.items;

@@ -16,9 +16,7 @@ Case prepare_cast_spheres(Frame& frame) {
   double pairs = 0;
   for (const std::int32_t i : frame.seen().index)
     pairs += std::numbers::pi * footprint * footprint * projected.ku[i] * projected.kv[i];
-  Case result;
-  result.unit = "pixels";
-  result.items = static_cast<double>(grid.size());
+  Case result{.unit = "pixels", .items = static_cast<double>(grid.size())};
   // Eight values a sphere; a depth written a pixel.
   result.bytes = 32.0 * spheres->count + 4.0 * result.items;
   // A pixel under a sphere that is seen: offset 6, b 3, c 4, discriminant 3, root 2, depth 3,

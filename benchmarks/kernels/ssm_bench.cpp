@@ -55,10 +55,7 @@ std::shared_ptr<Maps> maps_of(Frame& frame) {
 
 Case prepare_pass(Frame& frame, bool columns) {
   const auto maps = maps_of(frame);
-  Case result;
-  result.unit = "pixels";
-  result.items = maps->open;
-  result.bytes = 8 * maps->open;
+  Case result{.unit = "pixels", .items = maps->open, .bytes = 8 * maps->open};
   // A tap on both sides: its weight 5, differences 2, the larger of them 1, sums 4. A pixel: n 4,
   // the mean 4.
   result.operations = 12 * maps->taps + 8 * maps->open;
@@ -98,9 +95,7 @@ Case prepare_smooth_rows(Frame& frame) { return prepare_pass(frame, false); }
 
 Case prepare_normals(Frame& frame) {
   const auto maps = maps_of(frame);
-  Case result;
-  result.unit = "pixels";
-  result.items = maps->open;
+  Case result{.unit = "pixels", .items = maps->open};
   // A depth read; a normal written, for pixels without surface as well.
   result.bytes = 4 * maps->open + 12.0 * static_cast<double>(maps->grid.size());
   // Five rays 16 each, differences of points 24, of depths 6, cross product 9, sign 4, length 6,

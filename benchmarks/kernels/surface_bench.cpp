@@ -10,8 +10,7 @@ namespace {
 
 Case frame_case(Frame& frame, const char* kernel) {
   const Frame::Frames& frames = frame.frames(Method::fit);
-  Case result;
-  result.unit = "pixels";
+  Case result{.unit = "pixels"};
   for (const float t : frames.image.depth) result.items += t < kNoSurface;
   result.frame_ms = frame.frame_ms(Method::fit, kernel);
   return result;

@@ -26,9 +26,7 @@ Case prepare_splat(Frame& frame) {
   const auto splats = std::make_shared<SplatParticles>(
       upload_splats(frame.device, frame.projected(), frame.seen().index));
   const double pairs = nodes_under_seen(frame, footprint, 1);
-  Case result;
-  result.unit = "nodes";
-  result.items = static_cast<double>(grid.size());
+  Case result{.unit = "nodes", .items = static_cast<double>(grid.size())};
   // Six values a disc; a depth written a node.
   result.bytes = 24.0 * splats->count + 4.0 * result.items;
   // A node under a disc: place 2, square 1, sum 1, root 2, depth 2, minimum 1.
@@ -50,9 +48,7 @@ Case prepare_owned(Frame& frame) {
   const double step = std::min(radius / 4, 2.0);
   const double pairs = nodes_under_seen(frame, footprint, step);
   const double particles = static_cast<double>(frame.split().body.size());
-  Case result;
-  result.unit = "particles";
-  result.items = particles;
+  Case result{.unit = "particles", .items = particles};
   // Six values a particle read and a count written.
   result.bytes = 28 * particles;
   result.operations = 9 * pairs;                                    // as in prepare_splat
