@@ -3,8 +3,8 @@
 #include <memory>
 
 #include "accuracy/figures/statistics.hpp"
-#include "accuracy/ray_cast.hpp"
 #include "accuracy/peers.hpp"
+#include "accuracy/ray_cast.hpp"
 
 namespace meniscus::accuracy {
 
@@ -47,8 +47,7 @@ Surface surface_of(const Lens& lens, const Map& map, double particle_radius) {
   surface.residual.resize(pixels);
   for (std::size_t p = 0; p < pixels; ++p) {
     if (!finite(map.depth[p])) continue;
-    const int i = static_cast<int>(p) % lens.width, j = static_cast<int>(p) / lens.width;
-    surface.position[p] = static_cast<Vec3>(lens.point(i, j, map.depth[p]));
+    surface.position[p] = static_cast<Vec3>(lens.point(p, map.depth[p]));
     surface.group[p] = 1;
     surface.kind[p] = Kind::surface;
   }

@@ -42,9 +42,8 @@ Bytes error_map(const Truth& truth, const Map& map) {
     const bool covered = finite(map.depth[p]);
     if (covered != truth.covered(p)) pixels[p] = covered ? kExtra : kMissing;
     if (!covered || !truth.covered(p)) continue;
-    const int i = static_cast<int>(p) % lens.width, j = static_cast<int>(p) / lens.width;
     const double error =
-        (map.depth[p] - truth.depth[p]) * std::abs(dot(truth.normal[p], lens.direction(i, j)));
+        (map.depth[p] - truth.depth[p]) * std::abs(dot(truth.normal[p], lens.direction(p)));
     const double steps = std::clamp(error / kFullColor, -1., 1.) * kSteps;
     pixels[p] = static_cast<std::uint8_t>(kRight + std::lround(steps));
   }

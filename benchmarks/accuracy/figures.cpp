@@ -79,8 +79,7 @@ double count_averted(const Lens& lens, const Map& map) {
   if (map.normal.empty()) return kNone;
   double averted = 0;
   for (std::size_t p = 0; p < map.depth.size(); ++p) {
-    const int i = static_cast<int>(p) % lens.width, j = static_cast<int>(p) / lens.width;
-    if (finite(map.depth[p]) && !(dot(Vec3d(map.normal[p]), lens.direction(i, j)) < 0)) ++averted;
+    if (finite(map.depth[p]) && !(dot(Vec3d(map.normal[p]), lens.direction(p)) < 0)) ++averted;
   }
   return averted;
 }
@@ -105,7 +104,6 @@ PixelErrors errors_of(const Truth& truth, const Map& map) {
     e.both += e.covered[p] && truth.covered(p);
     e.either += e.covered[p] || truth.covered(p);
     if (!e.covered[p] || !truth.covered(p)) continue;
-    const int i = static_cast<int>(p) % lens.width, j = static_cast<int>(p) / lens.width;
     const Vec3d& normal = truth.normal[p];
     const double error = map.depth[p] - truth.depth[p];
     const auto add_angle = [&](std::vector<double>& angles_of) {
@@ -117,7 +115,7 @@ PixelErrors errors_of(const Truth& truth, const Map& map) {
     };
     switch (truth.class_of[p]) {
       case PixelClass::interior: {
-        const double error_along_normal = error * std::abs(dot(normal, lens.direction(i, j)));
+        const double error_along_normal = error * std::abs(dot(normal, lens.direction(p)));
         e.along_normal.add(clamped(error_along_normal));
         e.along_normal_sizes.push_back(std::abs(error_along_normal));
         e.depth.add(clamped(error));

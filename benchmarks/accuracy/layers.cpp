@@ -146,9 +146,7 @@ LayerFigures measure_layers(const TrueLayers& truth, const Surface& surface) {
   for (std::size_t p = 0; p < pixels; ++p) {
     const std::vector<TrueInterval>& truly = truth.intervals[p];
     if (truly.empty() || layers.count[p] == 0) continue;
-    const int width = lens.width;
-    const Vec3d direction = lens.direction(static_cast<int>(p % static_cast<std::size_t>(width)),
-                                           static_cast<int>(p / static_cast<std::size_t>(width)));
+    const Vec3d direction = lens.direction(p);
     const double stretch = length(direction);
     const bool inner = !truth.outline[p];
     ++figures.pixels;

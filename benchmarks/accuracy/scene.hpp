@@ -90,6 +90,13 @@ struct Lens {
   /// d(point) / d(depth); not of unit length.
   Vec3d direction(int i, int j) const;
   Vec3d point(int i, int j, double depth) const { return origin(i, j) + depth * direction(i, j); }
+  /// The same of pixel j * width + i.
+  Vec3d direction(std::size_t pixel) const { return direction(column_of(pixel), row_of(pixel)); }
+  Vec3d point(std::size_t pixel, double depth) const {
+    return point(column_of(pixel), row_of(pixel), depth);
+  }
+  int column_of(std::size_t pixel) const { return static_cast<int>(pixel) % width; }
+  int row_of(std::size_t pixel) const { return static_cast<int>(pixel) / width; }
   /// Where the image shows the point: columns and rows from the first pixel's centre, and its
   /// depth.
   Vec3d project(const Vec3d& point) const;

@@ -60,12 +60,7 @@ void write_pictures(const std::string& folder, const Row& row, const Case& scene
 /// The truth of the case's first frame, as methods give theirs.
 Surface true_surface(const Case& scene_case) {
   const Truth& truth = scene_case.truths[0];
-  Map map;
-  for (std::size_t p = 0; p < truth.depth.size(); ++p) {
-    map.depth.push_back(static_cast<float>(truth.depth[p]));
-    map.normal.push_back(static_cast<Vec3>(truth.normal[p]));
-  }
-  return surface_of(truth.lens, map, kParticleRadius);
+  return surface_of(truth.lens, map_of(truth), kParticleRadius);
 }
 
 /// What is gathered while the scenes are measured.

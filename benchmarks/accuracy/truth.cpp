@@ -93,6 +93,15 @@ double Truth::mean_scale() const {
   return count > 0 ? sum / count : 0;
 }
 
+Map map_of(const Truth& truth) {
+  Map map;
+  for (std::size_t p = 0; p < truth.depth.size(); ++p) {
+    map.depth.push_back(static_cast<float>(truth.depth[p]));
+    map.normal.push_back(static_cast<Vec3>(truth.normal[p]));
+  }
+  return map;
+}
+
 Truth trace(const Scene& scene, const Lens& lens) {
   const int width = lens.width, height = lens.height;
   const std::size_t pixels = static_cast<std::size_t>(width) * height;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "accuracy/map.hpp"
 #include "accuracy/scene.hpp"
 
 namespace meniscus::accuracy {
@@ -29,6 +30,9 @@ struct Truth {
   /// Mean over the covered pixels of what one s spans, pixels; 0: nothing is covered.
   double mean_scale() const;
 };
+
+/// The truth's own map.
+Map map_of(const Truth& truth);
 
 /// Traces the scene at the pixel centres; depths are good to 1e-6 s but for grazing rays.
 Truth trace(const Scene& scene, const Lens& lens);

@@ -49,9 +49,7 @@ TEST(MeshDistance, LeavesOutTheSpray) {
   int solid = 0;
   for (std::size_t p = 0; p < truth.depth.size(); p += 31) {
     if (truth.class_of[p] != PixelClass::interior) continue;
-    const int i = static_cast<int>(p) % truth.lens.width,
-              j = static_cast<int>(p) / truth.lens.width;
-    mesh.position.push_back(static_cast<Vec3>(truth.lens.point(i, j, truth.depth[p])));
+    mesh.position.push_back(static_cast<Vec3>(truth.lens.point(p, truth.depth[p])));
     ++solid;
   }
   EXPECT_GT(solid, 1000);

@@ -24,15 +24,6 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 /// A float holds a depth below 128 s to half of 2^-17 s.
 constexpr double kFloatDepth = 0x1p-18;
 
-Map perfect_map(const Truth& truth) {
-  Map map;
-  for (std::size_t p = 0; p < truth.depth.size(); ++p) {
-    map.depth.push_back(static_cast<float>(truth.depth[p]));
-    map.normal.push_back(static_cast<Vec3>(truth.normal[p]));
-  }
-  return map;
-}
-
 Map shifted(Map map, double by) {
   for (float& depth : map.depth) depth += static_cast<float>(by);
   return map;
@@ -237,7 +228,7 @@ TEST(AccuracyTruth, DistanceIsToTheNearestPixelOfTheSet) {
 
 TEST(AccuracyFigures, PerfectMapHasNoError) {
   for (const char* name : {"plane", "sphere", "box"}) {
-    const Figures f = compare(truth_of(name), perfect_map(truth_of(name)));
+    const Figures f = compare(truth_of(name), map_of(truth_of(name)));
     EXPECT_LE(f.normal_rms, kFloatDepth) << name;
     EXPECT_LE(f.normal_p95, kFloatDepth) << name;
     EXPECT_LE(f.depth_rms, kFloatDepth) << name;
@@ -253,17 +244,17 @@ TEST(AccuracyFigures, PerfectMapHasNoError) {
     EXPECT_EQ(f.outline_lost, 0) << name;
     EXPECT_TRUE(std::isnan(f.flicker)) << name;
   }
-  EXPECT_TRUE(std::isnan(compare(truth_of("sphere"), perfect_map(truth_of("sphere"))).crease_rms));
+  EXPECT_TRUE(std::isnan(compare(truth_of("sphere"), map_of(truth_of("sphere"))).crease_rms));
   // On a plane differences are exact but for the float depths: 2 kFloatDepth over two pixels of
   // at least 1/10 s.
-  EXPECT_LE(compare(truth_of("plane"), perfect_map(truth_of("plane"))).slope_p95,
+  EXPECT_LE(compare(truth_of("plane"), map_of(truth_of("plane"))).slope_p95,
             2 * kFloatDepth / (2 / 10.) * std::numbers::sqrt2 * 180 / std::numbers::pi);
 }
 
 TEST(AccuracyFigures, ShiftedMapHasExactlyTheShift) {
   const Scene& scene = find_scene("plane");
   const Truth truth = trace(scene, small_lens(scene, /*orthographic=*/true));
-  const Figures f = compare(truth, shifted(perfect_map(truth), 0.25));
+  const Figures f = compare(truth, shifted(map_of(truth), 0.25));
   double square = 0, sum = 0, count = 0;
   for (std::size_t p = 0; p < truth.depth.size(); ++p)
     if (truth.class_of[p] == PixelClass::interior) {
@@ -282,14 +273,14 @@ TEST(AccuracyFigures, ShiftedMapHasExactlyTheShift) {
   EXPECT_NEAR(f.outline_rms, 0.25, 2 * kFloatDepth);
   EXPECT_EQ(f.iou, 1);
   EXPECT_EQ(f.outliers, 0);
-  const Figures behind = compare(truth, shifted(perfect_map(truth), 5));
+  const Figures behind = compare(truth, shifted(map_of(truth), 5));
   EXPECT_NEAR(behind.depth_rms, 2, 0) << "errors are clamped to 2 s";
   EXPECT_EQ(behind.outliers, 100);
 }
 
 // The perfect map, but with the normals of every so many rows turned.
 Map tilted_map(const Truth& truth, double degrees, std::size_t every) {
-  Map map = perfect_map(truth);
+  Map map = map_of(truth);
   for (std::size_t p = 0; p < map.normal.size(); ++p) {
     const Vec3d n = truth.normal[p];
     if (n == Vec3d{} || p / truth.lens.width % every != 0) continue;
@@ -314,7 +305,7 @@ TEST(AccuracyFigures, HolesSpecksAndMaskAreCounted) {
   const Truth& truth = truth_of("box");
   const int width = truth.lens.width;
   const std::size_t middle = deepest_interior_pixel(truth);
-  Map map = perfect_map(truth);
+  Map map = map_of(truth);
   const auto megapixels = static_cast<double>(map.depth.size()) / 1e6;
   const auto covered =
       std::count_if(map.depth.begin(), map.depth.end(), [](float d) { return d < kInfinity; });
@@ -345,12 +336,11 @@ TEST(AccuracyFigures, JumpIsTheAngleBetweenNeighboursBeyondTheTruths) {
   const Map map = tilted_map(truth, 7, 25);
   EXPECT_NEAR(compare(truth, map).jump_p999, 7, 0x1p-23 / kDegree);
   // The sphere's own normals turn from pixel to pixel, which is no jump.
-  EXPECT_LE(compare(truth_of("sphere"), perfect_map(truth_of("sphere"))).jump_p999,
-            0x1p-23 / kDegree);
+  EXPECT_LE(compare(truth_of("sphere"), map_of(truth_of("sphere"))).jump_p999, 0x1p-23 / kDegree);
 }
 
 TEST(AccuracyFigures, OtherSizeIsRefused) {
-  Map map = perfect_map(truth_of("sphere"));
+  Map map = map_of(truth_of("sphere"));
   map.depth.pop_back();
   EXPECT_THROW(compare(truth_of("sphere"), map), InvalidArgument);
 }

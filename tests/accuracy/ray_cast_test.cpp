@@ -52,11 +52,9 @@ TEST(RayCast, BallIsTheSphere) {
     double worst = 0, worst_normal = 0;
     int mask = 0;
     for (std::size_t p = 0; p < map.depth.size(); ++p) {
-      const int i = static_cast<int>(p) % truth.lens.width;
-      const int j = static_cast<int>(p) / truth.lens.width;
       const bool covered = map.depth[p] < INFINITY;
       const Vec3d normal = truth.normal[p];
-      const double facing = std::abs(dot(normal, normalized(truth.lens.direction(i, j))));
+      const double facing = std::abs(dot(normal, normalized(truth.lens.direction(p))));
       if (covered != truth.covered(p)) ++mask;
       // Near the outline a ray runs far between surface and mesh.
       if (!covered || facing < 0.2) continue;
@@ -134,13 +132,10 @@ TEST(ReadMesh, SaysWhatIsWrong) {
 TEST(Splashsurf, MissingProgramIsNamed) {
   Particles particles;
   particles.x = particles.y = particles.z = {0};
-  try {
-    reconstruct_with_splashsurf("/nowhere/pysplashsurf", particles, 0.5);
-    FAIL() << "ran";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("/nowhere/pysplashsurf cannot be run"));
-    EXPECT_THAT(error.what(), testing::HasSubstr("--splashsurf"));
-  }
+  const std::string text = text_of_thrown<Error>(
+      [&] { reconstruct_with_splashsurf("/nowhere/pysplashsurf", particles, 0.5); });
+  EXPECT_THAT(text, testing::HasSubstr("/nowhere/pysplashsurf cannot be run"));
+  EXPECT_THAT(text, testing::HasSubstr("--splashsurf"));
   EXPECT_THROW(reconstruct_with_splashsurf("false", particles, 0.5), Error);
 }
 

@@ -96,9 +96,7 @@ TEST_P(AccuracyScenes, AreSeenWholeAtEightToTwentyPixelsWithRightDistancesAtHalf
   double worst = 0;
   for (std::size_t p = 0; p < truth.depth.size(); p += 7) {
     if (truth.class_of[p] != PixelClass::interior) continue;
-    const int i = static_cast<int>(p) % truth.lens.width,
-              j = static_cast<int>(p) / truth.lens.width;
-    const Vec3d centre = truth.lens.point(i, j, truth.depth[p]) - 0.5 * truth.normal[p];
+    const Vec3d centre = truth.lens.point(p, truth.depth[p]) - 0.5 * truth.normal[p];
     worst = std::max(worst, std::abs(scene.distance(centre) + 0.5));
   }
   // The sides of twolayer's plate and of sheet are nearer than 1.5 s to nothing but an outline;
@@ -270,11 +268,9 @@ TEST(AccuracySplash, ClustersAreTheFieldsFirstCrossing) {
     EXPECT_EQ(truth.piece[p] >= 0, truth.class_of[p] == PixelClass::splash);
     if (truth.piece[p] < 0) continue;
     const Piece& piece = scene.splash[truth.piece[p]];
-    const int i = static_cast<int>(p) % truth.lens.width,
-              j = static_cast<int>(p) / truth.lens.width;
-    EXPECT_NEAR(density(piece, truth.lens.point(i, j, truth.depth[p])), level, touch);
+    EXPECT_NEAR(density(piece, truth.lens.point(p, truth.depth[p])), level, touch);
     for (double back = 0.01; back < 4; back += 0.05)
-      EXPECT_LT(density(piece, truth.lens.point(i, j, truth.depth[p] - back)), level);
+      EXPECT_LT(density(piece, truth.lens.point(p, truth.depth[p] - back)), level);
   }
 }
 

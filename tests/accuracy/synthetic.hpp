@@ -58,13 +58,4 @@ inline Vec3 turned(double degrees) {
   return static_cast<Vec3>(Vec3d{std::sin(degrees * kDegree), -std::cos(degrees * kDegree), 0});
 }
 
-inline Map map_of(const Truth& truth) {
-  Map map;
-  for (std::size_t p = 0; p < truth.depth.size(); ++p) {
-    map.depth.push_back(static_cast<float>(truth.depth[p]));
-    map.normal.push_back(static_cast<Vec3>(truth.normal[p]));
-  }
-  return map;
-}
-
 }  // namespace meniscus::accuracy

@@ -57,10 +57,8 @@ TEST_P(ViolentScene, IsASolidFilledWithParticles) {
     EXPECT_NE(truth.class_of[p], PixelClass::crease) << "violent water is round";
     if (!truth.covered(p)) continue;
     ++covered;
-    const int i = static_cast<int>(p) % truth.lens.width,
-              j = static_cast<int>(p) / truth.lens.width;
-    const Vec3d point = truth.lens.point(i, j, truth.depth[p]), normal = truth.normal[p];
-    EXPECT_LT(dot(normal, truth.lens.direction(i, j)), 0) << i << ", " << j;
+    const Vec3d point = truth.lens.point(p, truth.depth[p]), normal = truth.normal[p];
+    EXPECT_LT(dot(normal, truth.lens.direction(p)), 0) << p;
     EXPECT_NEAR(scene.distance(point), 0, 1e-6);
     // Along the normal the distance grows by the way, to where something else is nearer.
     slow += std::abs(scene.distance(point + 0.25 * normal) - 0.25) > 0.02;

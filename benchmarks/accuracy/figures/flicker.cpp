@@ -80,8 +80,7 @@ Flicker flicker(std::span<const Truth> truths, std::span<const Map> maps, const 
     for (std::size_t p = 0; p < truths[k].depth.size(); ++p) {
       const double before = error_at(k, p, truths[k].depth[p]);
       if (std::isnan(before)) continue;
-      const int i = static_cast<int>(p) % lens.width, j = static_cast<int>(p) / lens.width;
-      const Vec3d still = motion.back(lens.point(i, j, truths[k].depth[p]), frame);
+      const Vec3d still = motion.back(lens.point(p, truths[k].depth[p]), frame);
       const Vec3d place = truths[k + 1].lens.project(motion.forth(still, frame + 1));
       const int x = static_cast<int>(std::floor(place.x)),
                 y = static_cast<int>(std::floor(place.y));
@@ -118,9 +117,7 @@ Flicker second_difference_along_normal(const Lens& lens, std::span<const Map> ma
   return weighed_difference(maps, [&](const Map& middle, std::size_t p) {
     const Vec3 normal = middle.normal[p];
     if (normal == Vec3{}) return kNone;
-    const Vec3d ray = lens.direction(static_cast<int>(p % static_cast<std::size_t>(lens.width)),
-                                     static_cast<int>(p / static_cast<std::size_t>(lens.width)));
-    return std::abs(dot(Vec3d(normal), ray));
+    return std::abs(dot(Vec3d(normal), lens.direction(p)));
   });
 }
 
