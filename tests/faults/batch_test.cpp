@@ -20,18 +20,16 @@ class FaultyBatch : public FaultyRuntime {
   std::map<std::string, std::string> whole() {
     for (int frame = 0; frame < kFrames; ++frame)
       write_particles("d.000" + std::to_string(frame) + ".ply", block(3 + frame % 3));
-    EXPECT_EQ(run(words()).exit_code, 0);
+    run_well(words());
     const auto bytes = outputs("o.");
     for (const auto& [file, content] : bytes) std::filesystem::remove(path(file));
     return bytes;
   }
 
   static std::vector<std::string> words(const std::vector<std::string>& more = {}) {
-    std::vector<std::string> all{"extract", "d.####.ply", "--size",   "64x48",
-                                 "-o",      "o.####.exr", "-o",       "o.####.ply",
-                                 "--eye",   "1,1,3",      "--target", "0,0,0"};
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
+    return Words{"extract", "d.####.ply", "--size", "64x48", "-o",       "o.####.exr",
+                 "-o",      "o.####.ply", "--eye",  "1,1,3", "--target", "0,0,0"} +
+           more;
   }
 
   std::vector<nlohmann::json> log() const {
@@ -52,9 +50,8 @@ class FaultyBatch : public FaultyRuntime {
 
 TEST_F(FaultyBatch, AFrameIsExtractedAgainWhenMemoryRanOut) {
   const auto expected = whole();
-  const Outcome outcome = run(words({"--log", "log.jsonl"}),
-                              failing({{"MENISCUS_FAIL_CALL", "clEnqueueNDRangeKernel:50"}}));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well(words({"--log", "log.jsonl"}),
+                                   failing({{"MENISCUS_FAIL_CALL", "clEnqueueNDRangeKernel:50"}}));
   EXPECT_EQ(outputs("o."), expected);
   EXPECT_EQ(warned("extracted again in smaller chunks after: "), 1) << read("log.jsonl");
   EXPECT_THAT(outcome.err, HasSubstr("extracted again in smaller chunks after: "));
@@ -69,10 +66,8 @@ TEST_F(FaultyBatch, FramesThatDoNotFitSideBySideAreExtractedAlone) {
              failing({{"MENISCUS_DEVICE_MEMORY", std::to_string(least)}}))
              .exit_code != 0)
     least += least / 8;
-  const Outcome outcome =
-      run(words({"--log", "log.jsonl", "--in-flight", "4"}),
-          failing({{"MENISCUS_DEVICE_MEMORY", std::to_string(least + least / 16)}}));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  run_well(words({"--log", "log.jsonl", "--in-flight", "4"}),
+           failing({{"MENISCUS_DEVICE_MEMORY", std::to_string(least + least / 16)}}));
   EXPECT_EQ(outputs("o."), expected);
   EXPECT_GT(warned("extracted again in smaller chunks after: "), 0) << read("log.jsonl");
 }
@@ -87,9 +82,7 @@ TEST_F(FaultyBatch, AnotherDeviceDoesTheFramesOfOneThatFails) {
                                          {"MENISCUS_FAIL_CODE", "-54"},
                                          {"MENISCUS_FAIL_DEVICE", bad},
                                          two});
-  const Outcome outcome =
-      run(words({"--log", "log.jsonl", "--device", "all", "--in-flight", "1"}), conditions);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  run_well(words({"--log", "log.jsonl", "--device", "all", "--in-flight", "1"}), conditions);
   EXPECT_EQ(outputs("o."), expected);
   std::set<std::string> devices;
   for (const nlohmann::json& record : log()) devices.insert(record["device"]);

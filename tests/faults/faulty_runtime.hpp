@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,14 +23,6 @@ class FaultyRuntime : public Program {
   static Conditions failing(std::vector<std::pair<std::string, std::string>> settings) {
     settings.emplace_back("LD_PRELOAD", MENISCUS_FAILING_CALL);
     return {.environment = std::move(settings)};
-  }
-
-  /// Bytes of the files whose names begin so.
-  std::map<std::string, std::string> outputs(const std::string& stem) const {
-    std::map<std::string, std::string> bytes;
-    for (const std::string& file : files())
-      if (file.starts_with(stem)) bytes[file] = read(file);
-    return bytes;
   }
 
   static int count(const std::string& text, const std::string& part) {

@@ -17,10 +17,9 @@ class FaultyFrame : public FaultyRuntime {
 
 TEST_F(FaultyFrame, IsExtractedAgainWhenMemoryRanOutOnce) {
   write_particles("in.ply", block(4));
-  ASSERT_EQ(run(words("a")).exit_code, 0);
+  run_well(words("a"));
   const Outcome outcome =
-      run(words("b"), failing({{"MENISCUS_FAIL_CALL", "clEnqueueNDRangeKernel:5"}}));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+      run_well(words("b"), failing({{"MENISCUS_FAIL_CALL", "clEnqueueNDRangeKernel:5"}}));
   EXPECT_THAT(outcome.err, HasSubstr("meniscus: warning: in.ply: extracted again in smaller "
                                      "chunks after: "));
   EXPECT_EQ(read("b.exr"), read("a.exr"));
@@ -29,9 +28,9 @@ TEST_F(FaultyFrame, IsExtractedAgainWhenMemoryRanOutOnce) {
 
 TEST_F(FaultyFrame, AsksForABufferAgain) {
   write_particles("in.ply", block(4));
-  ASSERT_EQ(run(words("a")).exit_code, 0);
-  const Outcome outcome = run(words("b"), failing({{"MENISCUS_FAIL_CALL", "clCreateBuffer:3"}}));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  run_well(words("a"));
+  const Outcome outcome =
+      run_well(words("b"), failing({{"MENISCUS_FAIL_CALL", "clCreateBuffer:3"}}));
   EXPECT_THAT(outcome.err, Not(HasSubstr("warning")));
   EXPECT_EQ(read("b.exr"), read("a.exr"));
   EXPECT_EQ(read("b.ply"), read("a.ply"));
@@ -48,37 +47,36 @@ TEST_F(FaultyFrame, ThatNeverHasMemoryIsOneErrorAndNoFile) {
 
 TEST_F(FaultyFrame, ThatFailsInAnotherWayIsNotTriedAgain) {
   write_particles("in.ply", block(4));
-  const Outcome outcome =
-      run(words("a"), failing({{"MENISCUS_FAIL_CALL", "clEnqueueNDRangeKernel:5"},
-                               {"MENISCUS_FAIL_CODE", "-54"}}));
+  const Outcome outcome = run(
+      words("a"),
+      failing({{"MENISCUS_FAIL_CALL", "clEnqueueNDRangeKernel:5"}, {"MENISCUS_FAIL_CODE", "-54"}}));
   expect_error(outcome, 1,
-               {"clEnqueueNDRangeKernel failed with CL_INVALID_WORK_GROUP_SIZE (-54)",
-                " in stage ", "try another --device"});
+               {"clEnqueueNDRangeKernel failed with CL_INVALID_WORK_GROUP_SIZE (-54)", " in stage ",
+                "try another --device"});
   EXPECT_THAT(files(), ElementsAre("in.ply"));
 }
 
 // The first attempt's chunks take 16 MB, an eighth of them and the few particles in view do not.
 TEST_F(FaultyFrame, ThatStreamsFitsIntoLessMemory) {
-  ASSERT_EQ(run({"generate", "--particles", "300000", "-o", "in.ply"}).exit_code, 0);
+  run_well({"generate", "--particles", "300000", "-o", "in.ply"});
   const auto extract = [](const std::string& output) {
-    return std::vector<std::string>{"extract",  "in.ply", "--size",   "64x48",    "--method",
-                                    "ssm",      "--eye",  "0,3,0",    "--target", "0.2,0,0.2",
-                                    "--fov",    "6",      "--memory", "24M",      "-o",
-                                    output};
+    return std::vector<std::string>{
+        "extract",  "in.ply",    "--size", "64x48", "--method", "ssm", "--eye", "0,3,0",
+        "--target", "0.2,0,0.2", "--fov",  "6",     "--memory", "24M", "-o",    output};
   };
-  ASSERT_EQ(run(extract("a.exr")).exit_code, 0);
-  const Outcome outcome = run(extract("b.exr"), failing({{"MENISCUS_DEVICE_MEMORY", "8000000"}}));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  run_well(extract("a.exr"));
+  const Outcome outcome =
+      run_well(extract("b.exr"), failing({{"MENISCUS_DEVICE_MEMORY", "8000000"}}));
   EXPECT_THAT(outcome.err, HasSubstr("extracted again in smaller chunks"));
   EXPECT_EQ(read("b.exr"), read("a.exr"));
 }
 
 TEST_F(FaultyFrame, ABuildThatFailsSaysSo) {
   write_particles("in.ply", block(4));
-  const Outcome outcome =
-      run(words("a"), failing({{"MENISCUS_FAIL_CALL", "clBuildProgram:1+"}}));
+  const Outcome outcome = run(words("a"), failing({{"MENISCUS_FAIL_CALL", "clBuildProgram:1+"}}));
   expect_error(outcome, 1,
-               {"building density.cl on ", " in stage field: clBuildProgram failed with "
+               {"building density.cl on ",
+                " in stage field: clBuildProgram failed with "
                 "CL_BUILD_PROGRAM_FAILURE (-11)"});
 }
 

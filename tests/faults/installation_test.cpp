@@ -67,14 +67,12 @@ TEST_F(BrokenInstallation, ABrokenVendorBesideAGoodOneIsShownAndDoesNoHarm) {
     }
   if (!good) GTEST_SKIP() << "PoCL is not installed system-wide";
   write("vendors/gone.icd", "libgone.so\n");
-  const Outcome devices = run({"devices"}, vendors(path("vendors")));
-  EXPECT_EQ(devices.exit_code, 0) << devices.err;
+  const Outcome devices = run_well({"devices"}, vendors(path("vendors")));
   EXPECT_THAT(devices.out, HasSubstr("! " + path("vendors/gone.icd") + ": libgone.so: cannot"));
   EXPECT_THAT(devices.out, Not(HasSubstr("! " + path("vendors/pocl.icd"))));
   EXPECT_THAT(devices.out, HasSubstr("The default is 0"));
   write_particles("in.ply", block(3));
-  const Outcome outcome = run({"extract", "in.ply", "-o", "a.png"}, vendors(path("vendors")));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well({"extract", "in.ply", "-o", "a.png"}, vendors(path("vendors")));
 }
 
 TEST_F(BrokenInstallation, ANewerTbbThatCannotBeLoadedIsTriedOnce) {
@@ -92,8 +90,7 @@ TEST_F(BrokenInstallation, UnwritableCachesAreNoError) {
                             {"XDG_CACHE_HOME", ""},
                             {"POCL_CACHE_DIR", ""},
                             {"MENISCUS_CACHE_DIR", "/proc/nowhere"}}};
-  const Outcome outcome = run({"extract", "in.ply", "-o", "a.png"}, nowhere);
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  run_well({"extract", "in.ply", "-o", "a.png"}, nowhere);
 }
 
 }  // namespace

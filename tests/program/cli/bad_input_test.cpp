@@ -98,7 +98,7 @@ TEST_F(ProgramBadInput, NanAndInfiniteCoordinatesAreCountedAndDropped) {
   dirty.insert(dirty.end(), rest.begin(), rest.end());
   clean.push_back("clean.png");
   dirty.push_back("dirty.png");
-  ASSERT_EQ(run(clean).exit_code, 0);
+  run_well(clean);
   const Outcome outcome = run(dirty);
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.err, HasSubstr("meniscus: warning: "));
@@ -117,7 +117,7 @@ TEST_F(ProgramBadInput, NoParticleWithCoordinatesIsAnError) {
                {"in.ply: 2 of 2 particles have NaN or infinite coordinates", "none is left"});
   EXPECT_THAT(files(), ElementsAre("in.ply"));
   write_particles("in.ply", {});  // an emitter that has not begun
-  EXPECT_EQ(run({"extract", "in.ply", "-q", "-o", "a.png", "--size", "64x48"}).exit_code, 0);
+  run_well({"extract", "in.ply", "-q", "-o", "a.png", "--size", "64x48"});
 }
 
 // --- cameras
@@ -158,14 +158,12 @@ TEST_F(ProgramBadInput, SizeWithACameraFileIsAShareOfIts) {
                 .exit_code,
             0);
   const Outcome half =
-      run({"extract", "in.ply", "-o", "b.png", "--camera", "c.json", "--size", "50%"});
-  ASSERT_EQ(half.exit_code, 0) << half.err;
+      run_well({"extract", "in.ply", "-o", "b.png", "--camera", "c.json", "--size", "50%"});
   EXPECT_THAT(half.out + half.err, HasSubstr("c.json, 32x24"));
   write("c.0001.json", read("c.json"));
   write_particles("in.0001.ply", block(3));
-  const Outcome sequence = run(
+  run_well(
       {"extract", "in.####.ply", "-o", "s.####.png", "--camera", "c.####.json", "--size", "50%"});
-  ASSERT_EQ(sequence.exit_code, 0) << sequence.err;
   EXPECT_EQ(read("s.0001.png").substr(16, 8), read("b.png").substr(16, 8));  // width and height
   for (const char* size : {"0%", "-5%", "half%", "%", "2000%"})
     expect_error(run({"extract", "in.ply", "-o", "d.png", "--camera", "c.json", "--size", size}), 2,
@@ -223,7 +221,7 @@ const Conditions kDiskFull{{}, 4 << 20};
 
 TEST_F(ProgramBadInput, DiskFullLeavesEarlierOutputsAsTheyWere) {
   write_particles("in.ply", block(6));
-  ASSERT_EQ(run(kSmallAndLarge).exit_code, 0);
+  run_well(kSmallAndLarge);
   const std::string obj = read("a.obj"), exr = read("a.exr");
   write_particles("in.ply", block(5));
   expect_error(run(kSmallAndLarge, kDiskFull), 1, {"a.exr", "large"});
@@ -310,9 +308,7 @@ TEST_F(ProgramBadInput, CacheThatCannotBeWrittenIsReplaced) {
                              {"XDG_CACHE_HOME", ""},
                              {"POCL_CACHE_DIR", ""},
                              {"TMPDIR", path("")}}};
-  const Outcome outcome =
-      run({"extract", "in.ply", "--size", "64x48", "--method", "ssm", "-o", "a.png"}, homeless);
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  run_well({"extract", "in.ply", "--size", "64x48", "--method", "ssm", "-o", "a.png"}, homeless);
   EXPECT_TRUE(exists("a.png"));
 
   const Conditions nowhere{{{"HOME", "/proc/none"},
@@ -340,9 +336,7 @@ class TemporaryCache : public ProgramBadInput {
                                {"POCL_CACHE_DIR", ""},
                                {"MENISCUS_CACHE_DIR", path("programs")},
                                {"TMPDIR", path("tmp")}}};
-    const Outcome outcome =
-        run({"extract", "in.ply", "--size", "64x48", "--method", "ssm", "-o", "a.png"}, homeless);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    run_well({"extract", "in.ply", "--size", "64x48", "--method", "ssm", "-o", "a.png"}, homeless);
     fs::path found;
     for (const auto& entry : fs::directory_iterator(path("tmp")))
       if (entry.is_directory() && !entry.is_symlink() && !fs::is_empty(entry)) found = entry.path();

@@ -17,10 +17,8 @@ using testing::HasSubstr;
 class ProgramBench : public Program {
  protected:
   json measured(std::vector<std::string> more) const {
-    std::vector<std::string> words{"bench", "frame", "--seconds", "0", "--json", "figures.json"};
-    words.insert(words.end(), more.begin(), more.end());
-    const Outcome outcome = run(words);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Outcome outcome =
+        run_well(Words{"bench", "frame", "--seconds", "0", "--json", "figures.json"} + more);
     table_ = outcome.out;
     return json::parse(read("figures.json"));
   }
@@ -109,7 +107,7 @@ TEST_F(ProgramBench, SyntheticFramesOfEverySize) {
 }
 
 TEST_F(ProgramBench, LargeFilesStreamAndTheirFramesHaveTheReading) {
-  ASSERT_EQ(run({"generate", "--particles", "300000", "-o", "large.ply", "-q"}).exit_code, 0);
+  run_well({"generate", "--particles", "300000", "-o", "large.ply", "-q"});
   const json f =
       measured({"large.ply", "--method", "ssm", "--frames", "1", "--memory", "32M"})["results"][0];
   EXPECT_NEAR(f["particles"].get<double>(), 300000, 300);
@@ -119,9 +117,9 @@ TEST_F(ProgramBench, LargeFilesStreamAndTheirFramesHaveTheReading) {
 }
 
 TEST_F(ProgramBench, JsonGoesToStandardOutputAlone) {
-  const Outcome outcome = run({"bench", "frame", "--seconds", "0", "--frames", "1", "--method",
-                               "spheres", "--particles", "1000", "--size", "64x48", "--json", "-"});
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome =
+      run_well({"bench", "frame", "--seconds", "0", "--frames", "1", "--method", "spheres",
+                "--particles", "1000", "--size", "64x48", "--json", "-"});
   EXPECT_EQ(json::parse(outcome.out)["results"].size(), 1u);
   EXPECT_THAT(files(), testing::IsEmpty());
 }

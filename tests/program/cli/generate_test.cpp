@@ -14,8 +14,7 @@ using testing::IsEmpty;
 using ProgramGenerate = Program;
 
 TEST_F(ProgramGenerate, WritesTheParticlesAndTheirRadius) {
-  const Outcome outcome = run({"generate", "--particles", "40000", "--seed", "5", "-o", "dam.ply"});
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  run_well({"generate", "--particles", "40000", "--seed", "5", "-o", "dam.ply"});
   const Particles particles = read_particles(path("dam.ply"));
   const DamBreak dam(40000, 5);
   std::vector<float> expected, found;
@@ -46,8 +45,8 @@ TEST_F(ProgramGenerate, MakesParticlesWhoseDisorderIsTold) {
 }
 
 TEST_F(ProgramGenerate, TakesRoundNumbersInShort) {
-  ASSERT_EQ(run({"generate", "--particles", "1e3", "-o", "short.ply", "-q"}).exit_code, 0);
-  ASSERT_EQ(run({"generate", "--particles", "1000", "-o", "long.ply", "-q"}).exit_code, 0);
+  run_well({"generate", "--particles", "1e3", "-o", "short.ply", "-q"});
+  run_well({"generate", "--particles", "1000", "-o", "long.ply", "-q"});
   EXPECT_EQ(read("short.ply"), read("long.ply"));
 }
 
@@ -72,7 +71,7 @@ TEST_F(ProgramGenerate, LeavesNothingWhenTheDiskIsFull) {
 }
 
 TEST_F(ProgramGenerate, ALargeFrameStreamsToTheSameBytes) {
-  ASSERT_EQ(run({"generate", "--particles", "280000", "-o", "dam.ply", "-q"}).exit_code, 0);
+  run_well({"generate", "--particles", "280000", "-o", "dam.ply", "-q"});
   const std::vector<std::string> extract{"extract", "dam.ply", "--size", "200x150", "-q"};
   const auto with = [&](std::vector<std::string> more) {
     more.insert(more.begin(), extract.begin(), extract.end());
@@ -86,7 +85,7 @@ TEST_F(ProgramGenerate, ALargeFrameStreamsToTheSameBytes) {
 }
 
 TEST_F(ProgramGenerate, ALargeFileThatIsCutSaysWhere) {
-  ASSERT_EQ(run({"generate", "--particles", "280000", "-o", "dam.ply", "-q"}).exit_code, 0);
+  run_well({"generate", "--particles", "280000", "-o", "dam.ply", "-q"});
   const std::string bytes = read("dam.ply");
   write("cut.ply", bytes.substr(0, bytes.size() - 5));
   expect_error(run({"extract", "cut.ply", "-o", "out.png"}), 1, {"cut.ply", "truncated"});

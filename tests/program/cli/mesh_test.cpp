@@ -16,9 +16,8 @@ using ProgramMesh = Program;
 
 TEST_F(ProgramMesh, OfAFrameIsWrittenInEveryFormat) {
   write_particles("in.ply", block(5), 0.1, "1 0 0");
-  const Outcome made = run({"mesh", "in.ply", "-o", "a.ply", "-o", "a.vtp", "-o", "a.glb", "-o",
-                            "a.obj", "-o", "a.stl", "--cell", "0.7", "--timings"});
-  EXPECT_EQ(made.exit_code, 0) << made.err;
+  const Outcome made = run_well({"mesh", "in.ply", "-o", "a.ply", "-o", "a.vtp", "-o", "a.glb",
+                                 "-o", "a.obj", "-o", "a.stl", "--cell", "0.7", "--timings"});
   EXPECT_THAT(files(), ElementsAre("a.glb", "a.obj", "a.ply", "a.stl", "a.vtp", "in.ply"));
   EXPECT_THAT(made.err, HasSubstr("triangles"));
   EXPECT_THAT(read("a.ply"), HasSubstr("property float vx"));
@@ -55,12 +54,11 @@ TEST_F(ProgramMesh, OfASequenceGoesOnWhereItWasLeft) {
   for (int frame = 0; frame < 3; ++frame)
     write_particles("d." + std::to_string(frame) + ".ply", block(3 + frame));
   const std::vector<std::string> words{"mesh", "d.#.ply", "-o", "m.#.ply", "--log", "log.jsonl"};
-  const Outcome made = run(words);
-  EXPECT_EQ(made.exit_code, 0) << made.err;
+  const Outcome made = run_well(words);
   EXPECT_THAT(made.err, testing::Not(HasSubstr("camera")));
   std::map<std::string, std::string> meshes;
   for (const char* name : {"m.0.ply", "m.1.ply", "m.2.ply"}) meshes[name] = read(name);
-  EXPECT_EQ(run({"mesh", "d.1.ply", "-o", "one.ply", "-q"}).exit_code, 0);
+  run_well({"mesh", "d.1.ply", "-o", "one.ply", "-q"});
   // A sequence's files carry the job that made them behind the mesh.
   EXPECT_EQ(meshes["m.1.ply"].find(read("one.ply").substr(read("one.ply").find("end_header"))) !=
                 std::string::npos,
@@ -68,8 +66,7 @@ TEST_F(ProgramMesh, OfASequenceGoesOnWhereItWasLeft) {
   std::filesystem::remove(path("m.1.ply"));
   std::vector<std::string> resumed = words;
   resumed.push_back("--resume");
-  const Outcome again = run(resumed);
-  EXPECT_EQ(again.exit_code, 0) << again.err;
+  const Outcome again = run_well(resumed);
   EXPECT_THAT(again.err, HasSubstr("1 frame in"));
   EXPECT_THAT(again.err, HasSubstr("2 were there already"));
   for (const auto& [name, bytes] : meshes) EXPECT_EQ(read(name), bytes) << name;
@@ -105,8 +102,7 @@ TEST_F(ProgramMesh, OfALargeFrameIsTheSameInParts) {
   std::vector<std::string> whole = words, parts = words;
   whole.push_back("whole.ply");
   parts.insert(parts.end(), {"parts.ply", "--memory", "30M"});
-  const Outcome one = run(whole), some = run(parts);
-  EXPECT_EQ(one.exit_code, 0) << one.err;
+  const Outcome one = run_well(whole), some = run(parts);
   EXPECT_EQ(some.exit_code, 0) << some.err;
   EXPECT_THAT(one.out, testing::Not(HasSubstr("join ")));
   EXPECT_THAT(some.out, HasSubstr("join "));
@@ -120,8 +116,8 @@ TEST_F(ProgramMesh, OfALargeFrameIsTheSameInParts) {
                                       HasSubstr("crowd into a cube")));
   for (std::vector<std::string>* const with : {&whole, &parts})
     with->insert(with->end(), {"--adaptive", "0.1"});
-  EXPECT_EQ(run(whole).exit_code, 0);
-  EXPECT_EQ(run(parts).exit_code, 0);
+  run_well(whole);
+  run_well(parts);
   EXPECT_LT(read("whole.ply").size(), full.size() / 2);
   EXPECT_TRUE(read("whole.ply") == read("parts.ply"));
 }

@@ -20,13 +20,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
-using Words = std::vector<std::string>;
-
-Words operator+(Words a, const Words& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
-
 // A frame of enough particles to stream, which thinning thins at this size.
 const Words kSmall{"--eye",  "5,2.2,3.4", "--target", "1.5,.3,.75", "--fov",     "32",
                    "--size", "320x240",   "--device", "cpu",        "--threads", "1"};
@@ -56,7 +49,7 @@ class UnderMpi : public Program {
   }
 
   /// Without the words that mpirun of Open MPI 5, which has no -q, puts between two rules.
-  Outcome run(const Words& words, const Conditions& conditions = {}) const {
+  Outcome run(const Words& words, const Conditions& conditions = {}) const override {
     Outcome outcome = Program::run(words, conditions);
     std::string& err = outcome.err;
     for (std::size_t at = 0; (at = err.find("\nprterun ")) != std::string::npos;) {
@@ -107,9 +100,8 @@ class UnderMpi : public Program {
   /// Extracts an EXR and a PLY and returns their bytes.
   std::pair<std::string, std::string> extract(const std::string& input, const Words& options,
                                               const Conditions& conditions) const {
-    const Outcome outcome = run(
-        Words{"extract", input, "-o", "out.exr", "-o", "out.ply"} + kSmall + options, conditions);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    run_well(Words{"extract", input, "-o", "out.exr", "-o", "out.ply"} + kSmall + options,
+             conditions);
     const std::pair<std::string, std::string> found{read("out.exr"), read("out.ply")};
     EXPECT_FALSE(found.first.empty() || found.second.empty());
     std::filesystem::remove(path("out.exr"));
@@ -140,8 +132,7 @@ TEST_F(UnderMpi, BringsRadiiAndVelocitiesTogether) {
   for (const char* thin : {"4", "0"}) {
     const Words words = Words{"extract", "dam.ply", "--thin", thin} + kSmall;
     const Outcome one = run(words + Words{"-o", "one.exr", "-o", "one.ply"});
-    const Outcome three = run(words + Words{"-o", "three.exr", "-o", "three.ply"}, ranks("3"));
-    EXPECT_EQ(three.exit_code, 0) << three.err;
+    const Outcome three = run_well(words + Words{"-o", "three.exr", "-o", "three.ply"}, ranks("3"));
     EXPECT_EQ(read("one.exr"), read("three.exr")) << thin;
     EXPECT_EQ(read("one.ply"), read("three.ply")) << thin;
     const auto until_written = [](const std::string& text) {
@@ -164,11 +155,9 @@ TEST_F(UnderMpi, MeshesOneFrameTogether) {
                 {"x", "y", "z", "vx", "vy", "vz", "q"}, rows);
   for (const char* input : {"dam.ply", "torn.ply"}) {
     const Words words{"mesh", input, "--attribute", "q", "--device", "cpu"};
-    const Outcome one = run(words + Words{"-o", "one.ply"});
-    EXPECT_EQ(one.exit_code, 0) << one.err;
+    const Outcome one = run_well(words + Words{"-o", "one.ply"});
     for (const char* count : {"2", "3"}) {
-      const Outcome made = run(words + Words{"-o", "some.ply"}, ranks(count));
-      EXPECT_EQ(made.exit_code, 0) << made.err;
+      const Outcome made = run_well(words + Words{"-o", "some.ply"}, ranks(count));
       EXPECT_TRUE(read("one.ply") == read("some.ply")) << input << " " << count;
       const auto until_written = [](const std::string& text) {
         return text.substr(0, text.find("wrote "));
@@ -179,8 +168,8 @@ TEST_F(UnderMpi, MeshesOneFrameTogether) {
   write_particles("few.ply", block(6), 0.1);
   for (const char* adaptive : {"0", "0.1"}) {
     const Words words{"mesh", "few.ply", "-q", "--adaptive", adaptive};
-    EXPECT_EQ(run(words + Words{"-o", "one.ply"}).exit_code, 0);
-    EXPECT_EQ(run(words + Words{"-o", "some.ply"}, ranks("2")).exit_code, 0);
+    run_well(words + Words{"-o", "one.ply"});
+    run_well(words + Words{"-o", "some.ply"}, ranks("2"));
     EXPECT_EQ(read("one.ply"), read("some.ply")) << adaptive;
   }
 }
@@ -202,8 +191,7 @@ TEST_F(UnderMpi, WorksWithFewParticles) {
   for (const char* input : {"a.ply", "b*.ply"}) {
     const Words words{"extract", input, "--size", "64x48"};
     const Outcome one = run(words + Words{"-o", "one.exr"});
-    const Outcome three = run(words + Words{"-o", "three.exr"}, ranks("3"));
-    EXPECT_EQ(three.exit_code, 0) << three.err;
+    const Outcome three = run_well(words + Words{"-o", "three.exr"}, ranks("3"));
     EXPECT_EQ(read("one.exr"), read("three.exr"));
     EXPECT_THAT(one.err, HasSubstr("found "));
   }
@@ -277,8 +265,7 @@ TEST_F(UnderMpi, SharesASequenceOutByFrames) {
     write_particles("in." + std::to_string(frame) + ".ply", block(2 + frame));
   const Words words{"extract", "in.#.ply", "-o",    "out.#.exr",
                     "--size",  "64x48",    "--log", "log.jsonl"};
-  const Outcome outcome = run(words, ranks("2"));
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  run_well(words, ranks("2"));
   EXPECT_THAT(files(), ElementsAre("in.1.ply", "in.2.ply", "in.3.ply", "log.1.jsonl", "log.jsonl",
                                    "out.1.exr", "out.2.exr", "out.3.exr"));
   const std::string log = read("log.jsonl") + read("log.1.jsonl");
@@ -288,7 +275,7 @@ TEST_F(UnderMpi, SharesASequenceOutByFrames) {
   EXPECT_EQ(std::count(log.begin(), log.end(), '\n'), 3);
   for (int frame = 1; frame <= 3; ++frame)
     std::filesystem::remove(path("out." + std::to_string(frame) + ".exr"));
-  EXPECT_EQ(run(words + Words{"--shard", "2/2"}, ranks("2")).exit_code, 0);  // both of one shard
+  run_well(words + Words{"--shard", "2/2"}, ranks("2"));  // both of one shard
   EXPECT_FALSE(exists("out.1.exr"));
   EXPECT_TRUE(exists("out.2.exr"));
   EXPECT_FALSE(exists("out.3.exr"));

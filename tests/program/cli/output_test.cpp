@@ -32,11 +32,8 @@ class ProgramOutput : public Program {
  protected:
   /// Extracts to a.exr, a.ply, a.obj and a.png and expects that all are whole.
   Outcome extract_all(const std::string& input, std::vector<std::string> more) const {
-    std::vector<std::string> words{"extract", input, "-o",    "a.exr", "-o",
-                                   "a.ply",   "-o",  "a.obj", "-o",    "a.png"};
-    words.insert(words.end(), more.begin(), more.end());
-    const Outcome outcome = run(words);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const Outcome outcome = run_well(
+        Words{"extract", input, "-o", "a.exr", "-o", "a.ply", "-o", "a.obj", "-o", "a.png"} + more);
     EXPECT_EQ(read("a.exr").substr(0, 4), "\x76\x2f\x31\x01");
     EXPECT_EQ(read("a.png").substr(0, 8), "\x89PNG\r\n\x1a\n");
     EXPECT_EQ(read("a.ply").substr(0, 4), "ply\n");
@@ -94,10 +91,9 @@ TEST_F(ProgramOutput, TheFirstStartSaysThatKernelsAreBuiltOnce) {
 
 TEST_F(ProgramOutput, WritesTheCameraThatItChose) {
   write_particles("in.ply", block(4));
-  const Outcome chosen = run({"extract", "in.ply", "--size", "64x48", "--up", "0,0,1", "--fov",
-                              "25", "--write-camera", "camera.json", "-o", "a.ply"});
-  ASSERT_EQ(chosen.exit_code, 0) << chosen.err;
-  ASSERT_EQ(run({"extract", "in.ply", "--camera", "camera.json", "-o", "b.ply"}).exit_code, 0);
+  run_well({"extract", "in.ply", "--size", "64x48", "--up", "0,0,1", "--fov", "25",
+            "--write-camera", "camera.json", "-o", "a.ply"});
+  run_well({"extract", "in.ply", "--camera", "camera.json", "-o", "b.ply"});
   EXPECT_EQ(read("a.ply"), read("b.ply"));
   expect_error(run({"extract", "in.ply", "--write-camera", "in.ply", "-o", "c.ply"}), 2,
                {"in.ply"});
@@ -153,9 +149,7 @@ TEST_F(ProgramOutput, LayersAreAddedToTheFront) {
   write_particles("in.ply", block(6));
   const std::vector<std::string> common{"extract", "in.ply", "--size", "64x48", "-q"};
   const auto extracted = [&](std::vector<std::string> more) {
-    std::vector<std::string> words = common;
-    words.insert(words.end(), more.begin(), more.end());
-    const Outcome outcome = run(words);
+    const Outcome outcome = run(common + more);
     EXPECT_EQ(outcome.exit_code, 0);
     return outcome.err;
   };
@@ -200,7 +194,7 @@ TEST_F(ProgramOutput, LayersOfASequenceAreResumedAsOtherOutputs) {
   const std::vector<std::string> all{"extract",  "d.####.ply", "--size",   "64x48",
                                      "-o",       "o.####.exr", "-o",       "o.####.deep.exr",
                                      "--report", "r.html",     "--layers", "2"};
-  ASSERT_EQ(run(all).exit_code, 0);
+  run_well(all);
   const auto before = outputs();
   EXPECT_EQ(before.size(), 6u);
   EXPECT_EQ(read_exr(path("o.0001.exr")).layers.most, 1);
@@ -220,9 +214,7 @@ TEST_F(ProgramOutput, AsksWhetherNumberedPartsAreASequence) {
     write_particles(name, block(3));
   const std::vector<std::string> more{"--size", "64x48", "-o", "a.png", "-q"};
   const auto warned = [&](const std::string& input) {
-    std::vector<std::string> words{"extract", input};
-    words.insert(words.end(), more.begin(), more.end());
-    return run(words).err;
+    return run(Words{"extract", input} + more).err;
   };
   EXPECT_THAT(warned("d.*.ply"),
               HasSubstr("2 numbered files; did you mean the sequence d.####.ply?"));
@@ -233,11 +225,9 @@ TEST_F(ProgramOutput, TellsAMeshFromParticles) {
   write_particles("in.ply", block(5));
   const std::vector<std::string> more{"--size", "64x48", "-o", "a.png", "-q"};
   const auto warned = [&](const std::string& input) {
-    std::vector<std::string> words{"extract", input};
-    words.insert(words.end(), more.begin(), more.end());
-    return run(words).err;
+    return run(Words{"extract", input} + more).err;
   };
-  EXPECT_EQ(run({"mesh", "in.ply", "-o", "mesh.ply"}).exit_code, 0);
+  run_well({"mesh", "in.ply", "-o", "mesh.ply"});
   EXPECT_THAT(warned("mesh.ply"), HasSubstr("mesh.ply: has faces: a mesh, not particles"));
   EXPECT_THAT(warned("in.ply"), testing::Not(HasSubstr("faces")));
 }
@@ -268,15 +258,14 @@ TEST_F(ProgramOutput, AFrameWithoutParticlesIsNoError) {
 
 TEST_F(ProgramOutput, OnlyWhatWasAskedForIsWritten) {
   write_particles("in.ply", block(4));
-  ASSERT_EQ(run({"extract", "in.ply", "--size", "64x48", "-o", "b.obj"}).exit_code, 0);
+  run_well({"extract", "in.ply", "--size", "64x48", "-o", "b.obj"});
   EXPECT_THAT(files(), ElementsAre("b.obj", "in.ply"));
 }
 
 TEST_F(ProgramOutput, EndingsMayBeCapitalsAndNamesMayHaveSpaces) {
   write_particles("in put.PLY", block(4));
-  const Outcome outcome = run({"extract", "in put.PLY", "--size", "64x48", "-o", "Größe 1.PNG",
-                               "-o", "m.OBJ", "-o", "z.EXR"});
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  run_well({"extract", "in put.PLY", "--size", "64x48", "-o", "Größe 1.PNG", "-o", "m.OBJ", "-o",
+            "z.EXR"});
   EXPECT_EQ(read("Größe 1.PNG").substr(1, 3), "PNG");
   EXPECT_THAT(read("m.OBJ"), HasSubstr("\nvn "));
 }
@@ -392,9 +381,8 @@ TEST_F(ProgramOutput, ASurfaceFromVeryNearFillsTheImage) {
   for (const char* const method : {"ssm", "fit", "stable"})
     for (const char* const degrees : {"6", "2", "0.5"}) {
       const Outcome outcome =
-          run({"extract", "in.ply", "--method", method, "--eye", "0.05,0.04,2.4", "--target",
-               "0.01,0.01,0", "--fov", degrees, "--size", "512x384", "-o", "a.exr"});
-      ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+          run_well({"extract", "in.ply", "--method", method, "--eye", "0.05,0.04,2.4", "--target",
+                    "0.01,0.01,0", "--fov", degrees, "--size", "512x384", "-o", "a.exr"});
       EXPECT_THAT(outcome.err, HasSubstr(" 196,608 pixels")) << method << ' ' << degrees;
     }
 }
@@ -425,8 +413,7 @@ TEST_F(ProgramOutput, WhatRunsAtExitCannotFailIt) {
   Conditions broken;
   broken.environment = {{"LD_PRELOAD", MENISCUS_BROKEN_EXIT_LIBRARY}};
   const Outcome outcome =
-      run({"extract", "in.ply", "--size", "64x48", "-o", "a.png", "-o", "a.ply"}, broken);
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+      run_well({"extract", "in.ply", "--size", "64x48", "-o", "a.png", "-o", "a.ply"}, broken);
   EXPECT_THAT(outcome.err, HasSubstr("total"));
   const Outcome help = run({"--help"}, broken);
   EXPECT_EQ(help.exit_code, 0);
@@ -518,12 +505,9 @@ class ProgramSameBytes : public Program, public testing::WithParamInterface<std:
  protected:
   std::vector<std::string> outputs(const std::string& input,
                                    const std::vector<std::string>& more) const {
-    std::vector<std::string> words{"extract",  input,         "-q",    "--method", GetParam(),
-                                   "--camera", "camera.json", "-o",    "a.exr",    "-o",
-                                   "a.ply",    "-o",          "a.obj", "-o",       "a.png"};
-    words.insert(words.end(), more.begin(), more.end());
-    const Outcome outcome = run(words);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    run_well(Words{"extract", input, "-q", "--method", GetParam(), "--camera", "camera.json", "-o",
+                   "a.exr", "-o", "a.ply", "-o", "a.obj", "-o", "a.png"} +
+             more);
     return {read("a.exr"), read("a.ply"), read("a.obj"), read("a.png")};
   }
 };

@@ -51,9 +51,16 @@ Outcome Program::wait_for(int process) const {
   return {code, read("stdout.log"), read("stderr.log")};
 }
 
-Outcome Program::run(const std::vector<std::string>& arguments,
-                     const Conditions& conditions) const {
+Outcome Program::run(const Words& arguments, const Conditions& conditions) const {
   return wait_for(start(arguments, conditions));
+}
+
+Outcome Program::run_well(const Words& arguments, const Conditions& conditions) const {
+  const Outcome outcome = run(arguments, conditions);
+  std::string command = "meniscus";
+  for (const std::string& word : arguments) command += " " + word;
+  EXPECT_EQ(outcome.exit_code, 0) << command << "\n" << outcome.err;
+  return outcome;
 }
 
 Outcome Program::run_on_terminal(int columns, const std::vector<std::string>& arguments) const {
@@ -105,6 +112,13 @@ std::vector<std::string> Program::files() const {
   }
   std::sort(names.begin(), names.end());
   return names;
+}
+
+std::map<std::string, std::string> Program::outputs(const std::string& stem) const {
+  std::map<std::string, std::string> bytes;
+  for (const std::string& file : files())
+    if (file.starts_with(stem)) bytes[file] = read(file);
+  return bytes;
 }
 
 void Program::write_particles(const std::string& name,

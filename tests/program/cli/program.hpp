@@ -5,6 +5,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +13,13 @@
 #include "io/temporary_folder.hpp"
 
 namespace meniscus::test {
+
+/// Words of a command line.
+using Words = std::vector<std::string>;
+inline Words operator+(Words words, const Words& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
 
 struct Outcome {
   int exit_code = -1;  // 128 + signal when a signal ended it, as a shell has it
@@ -33,7 +41,10 @@ inline Conditions in_time(int seconds) {
 /// A test with a folder of its own, in which the program runs.
 class Program : public testing::Test {
  protected:
-  Outcome run(const std::vector<std::string>& arguments, const Conditions& conditions = {}) const;
+  virtual Outcome run(const Words& arguments, const Conditions& conditions = {}) const;
+
+  /// The same of a command that is to succeed.
+  Outcome run_well(const Words& arguments, const Conditions& conditions = {}) const;
 
   /// The same with standard error on a terminal of so many columns: `err` is what was shown there.
   Outcome run_on_terminal(int columns, const std::vector<std::string>& arguments) const;
@@ -46,6 +57,9 @@ class Program : public testing::Test {
   bool exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
   std::string read(const std::string& name) const;
   void write(const std::string& name, const std::string& bytes) const;
+
+  /// Bytes of the files whose names begin so, by name.
+  std::map<std::string, std::string> outputs(const std::string& stem) const;
 
   /// Names in the folder, sorted, but for the program's captured streams.
   std::vector<std::string> files() const;

@@ -23,10 +23,9 @@ class ProgramReport : public Program {
   }
   // Extracts frames 1 to 4 or a part of them.
   Outcome extract(std::vector<std::string> more) const {
-    std::vector<std::string> words{"extract", "f.#.ply",  "-o",      "o.#.png", "--size",
-                                   "64x48",   "--method", "spheres", "-q"};
-    words.insert(words.end(), more.begin(), more.end());
-    return run(words);
+    return run(Words{"extract", "f.#.ply", "-o", "o.#.png", "--size", "64x48", "--method",
+                     "spheres", "-q"} +
+               more);
   }
 };
 
@@ -39,8 +38,7 @@ std::size_t occurrences(const std::string& text, const std::string& part) {
 TEST_F(ProgramReport, MergesTheLogsOfShards) {
   for (const std::string shard : {"1/2", "2/2"})
     ASSERT_EQ(extract({"--shard", shard, "--log", shard.substr(0, 1) + ".jsonl"}).exit_code, 0);
-  const Outcome outcome = run({"report", "1.jsonl", "2.jsonl", "-o", "page.html"});
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well({"report", "1.jsonl", "2.jsonl", "-o", "page.html"});
   EXPECT_THAT(outcome.err, HasSubstr("4 in 2 logs: 4 done, 0 there already, 0 failed; 0 missing"));
   const std::string page = read("page.html");
   expect_whole_page(page);
@@ -51,7 +49,7 @@ TEST_F(ProgramReport, MergesTheLogsOfShards) {
 TEST_F(ProgramReport, OfABatchIsTheSameAsThatOfItsLog) {
   write("f.3.ply", "");
   EXPECT_EQ(extract({"--log", "a.jsonl", "--report", "a.html"}).exit_code, 3);
-  ASSERT_EQ(run({"report", "a.jsonl", "-o", "b.html", "-q"}).exit_code, 0);
+  run_well({"report", "a.jsonl", "-o", "b.html", "-q"});
   EXPECT_EQ(read("a.html"), read("b.html"));
   EXPECT_THAT(read("a.html"), HasSubstr("3 of 4 frames are done"));
   EXPECT_THAT(read("a.html"), HasSubstr("f.3.ply: is empty"));
@@ -70,7 +68,7 @@ TEST_F(ProgramReport, OfAResumedBatchKnowsTheEarlierRuns) {
 
 TEST_F(ProgramReport, SaysWhichFramesAreMissing) {
   ASSERT_EQ(extract({"--frames", "1,3", "--log", "a.jsonl"}).exit_code, 0);
-  ASSERT_EQ(run({"report", "a.jsonl", "-o", "a.html", "--frames", "1-5"}).exit_code, 0);
+  run_well({"report", "a.jsonl", "-o", "a.html", "--frames", "1-5"});
   EXPECT_THAT(read("a.html"), HasSubstr("2 of 5 frames are done"));
   EXPECT_THAT(read("a.html"), HasSubstr("<td>2,4,5</td>"));
 }
@@ -93,8 +91,7 @@ TEST_F(ProgramReport, ACutOffLineIsANote) {
   ASSERT_EQ(extract({"--log", "a.jsonl"}).exit_code, 0);
   const std::string log = read("a.jsonl");
   write("a.jsonl", log.substr(0, log.size() - 9));
-  const Outcome outcome = run({"report", "a.jsonl", "-o", "a.html"});
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well({"report", "a.jsonl", "-o", "a.html"});
   EXPECT_THAT(outcome.err, HasSubstr("meniscus: warning: a.jsonl: line 4 is cut off"));
   EXPECT_THAT(read("a.html"), HasSubstr("a.jsonl: line 4 is cut off"));
 }
@@ -105,7 +102,7 @@ TEST_F(ProgramReport, NobodyWaitsForAPipeInALog) {
   for (const char* const output : {"o.png", "o.exr"}) {
     write("a.jsonl",
           "{\"frame\": 1, \"status\": \"done\", \"outputs\": [\"" + std::string(output) + "\"]}\n");
-    EXPECT_EQ(run({"report", "a.jsonl", "-o", "a.html"}, in_time(20)).exit_code, 0);
+    run_well({"report", "a.jsonl", "-o", "a.html"}, in_time(20));
     EXPECT_THAT(read("a.html"), HasSubstr("is a pipe or a device, wanted a file"));
   }
 }
@@ -149,7 +146,7 @@ TEST_F(ProgramReport, NothingButAPageIsReplacedByAPage) {
   for (const char* name : {"page", "camera.json"})
     expect_error(run({"extract", "f.#.ply", "-o", "o.#.png", "--report", name}), 2,
                  {"--report is ", name, "must end in .html"});
-  EXPECT_EQ(run({"report", "a.jsonl", "-o", "page.HTML"}).exit_code, 0);
+  run_well({"report", "a.jsonl", "-o", "page.HTML"});
 }
 
 TEST_F(ProgramReport, DamagedPicturesDoNotLoseThePage) {
@@ -158,7 +155,7 @@ TEST_F(ProgramReport, DamagedPicturesDoNotLoseThePage) {
   write("o.1.png", "");
   write("o.2.png", whole.substr(0, whole.size() / 2));
   write("o.3.png", "no picture");
-  ASSERT_EQ(run({"report", "a.jsonl", "-o", "a.html"}).exit_code, 0);
+  run_well({"report", "a.jsonl", "-o", "a.html"});
   const std::string page = read("a.html");
   expect_whole_page(page);
   EXPECT_EQ(occurrences(page, "<img "), 1u);
@@ -173,7 +170,7 @@ TEST_F(ProgramReport, NormalsThatAreNoNumbersDoNotLoseThePage) {
   Surface surface = read_exr(path("e.1.exr"));
   std::fill(surface.normal.begin(), surface.normal.end(), Vec3{NAN, NAN, NAN});
   write_exr(path("e.1.exr"), surface, {});
-  ASSERT_EQ(run({"report", "a.jsonl", "-o", "a.html"}).exit_code, 0);
+  run_well({"report", "a.jsonl", "-o", "a.html"});
   EXPECT_EQ(occurrences(read("a.html"), "<img "), 4u);
 }
 

@@ -31,18 +31,14 @@ class Sequence : public Program {
 
   /// The command that extracts them, and more words behind it.
   static std::vector<std::string> words(const std::vector<std::string>& more = {}) {
-    std::vector<std::string> all{"extract",    "d.####.ply", "--size",     "64x48", "-o",
-                                 "o.####.exr", "-o",         "o.####.png", "-o",    "o.####.ply"};
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
+    return Words{"extract",    "d.####.ply", "--size",     "64x48", "-o",
+                 "o.####.exr", "-o",         "o.####.png", "-o",    "o.####.ply"} +
+           more;
   }
 
   /// Bytes of the outputs, by name.
   std::map<std::string, std::string> outputs(const std::string& stem = "o.") const {
-    std::map<std::string, std::string> bytes;
-    for (const std::string& file : files())
-      if (file.starts_with(stem)) bytes[file] = read(file);
-    return bytes;
+    return Program::outputs(stem);
   }
 
   /// Outputs that are not whole yet.

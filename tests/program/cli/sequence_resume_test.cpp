@@ -16,7 +16,7 @@ using testing::HasSubstr;
 
 TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
   write_sequence(6);
-  ASSERT_EQ(run(words({"-q", "--log", "log.jsonl"})).exit_code, 0);
+  run_well(words({"-q", "--log", "log.jsonl"}));
   const auto before = outputs();
   fs::remove(path("o.0001.png"));                                // missing
   write("o.0002.exr", before.at("o.0002.exr").substr(0, 2000));  // cut off
@@ -24,8 +24,7 @@ TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
   flipped[flipped.size() - 5] ^= 1;
   write("o.0003.ply", flipped);
   write("o.0004.png", before.at("o.0005.png"));  // whole, but another frame's
-  const Outcome outcome = run(words({"--resume", "--log", "log.jsonl"}));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well(words({"--resume", "--log", "log.jsonl"}));
   EXPECT_THAT(outcome.err, HasSubstr("4 frames in"));
   EXPECT_THAT(outcome.err, HasSubstr("2 were there already"));
   EXPECT_EQ(outputs(), before);
@@ -45,7 +44,7 @@ TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
   const Outcome other = run(words({"--resume", "--support", "9"}));  // other parameters
   EXPECT_THAT(other.err, HasSubstr("6 frames in")) << other.err;
   EXPECT_THAT(other.err, HasSubstr("; again, since o.0000.exr was made with other parameters\n"));
-  EXPECT_EQ(run(words({"--resume", "-q"})).exit_code, 0);
+  run_well(words({"--resume", "-q"}));
   EXPECT_EQ(outputs(), before);
 
   // A newer input.
@@ -55,7 +54,7 @@ TEST_F(Sequence, ResumeRedoesWhatIsNotWhole) {
 
 TEST_F(Sequence, ResumeRedoesWhatWasMadeFromAnotherInput) {
   write_sequence(3);
-  ASSERT_EQ(run(words({"-q"})).exit_code, 0);
+  run_well(words({"-q"}));
   EXPECT_THAT(run(words({"--resume"})).err, HasSubstr("3 were there already"));
   // As rsync -t and cp -p leave it: of another time, older than the outputs.
   const std::string input = path("d.0001.ply");
@@ -73,7 +72,7 @@ TEST_F(Sequence, ResumeRedoesWhatWasMadeFromAnotherInput) {
 
 TEST_F(Sequence, ResumeRedoesWhatAnotherProgramMade) {
   write_sequence(2);
-  ASSERT_EQ(run(words({"-q"})).exit_code, 0);
+  run_well(words({"-q"}));
   Conditions other;
   other.program = path("meniscus");
   fs::copy_file(MENISCUS_PROGRAM, other.program);
@@ -90,7 +89,7 @@ TEST_F(Sequence, ResumeSkipsFramesInParts) {
       write_particles(name("d.", frame, std::string(".") + rank), block(3));
   const std::vector<std::string> all{"extract", "d.####.rank*.ply", "--size",  "64x48",
                                      "-o",      "o.####.exr",       "--resume"};
-  ASSERT_EQ(run(all).exit_code, 0);
+  run_well(all);
   EXPECT_THAT(run(all).err, HasSubstr("2 were there already"));
   const std::string part = path("d.0001.rank1.ply");
   fs::last_write_time(part, fs::last_write_time(part) - std::chrono::hours(1));

@@ -14,16 +14,15 @@ using testing::IsEmpty;
 
 TEST_F(Sequence, ShardsTogetherAreTheWhole) {
   write_sequence(5);
-  ASSERT_EQ(run(words({"-q"})).exit_code, 0);
+  run_well(words({"-q"}));
   const auto whole = outputs();
   for (const auto& [file, bytes] : whole) fs::remove(path(file));
-  ASSERT_EQ(run(words({"-q", "--shard", "1/2"})).exit_code, 0);
+  run_well(words({"-q", "--shard", "1/2"}));
   EXPECT_EQ(outputs().size(), 9u);
   const Conditions task{{{"SLURM_ARRAY_TASK_ID", "7"},
                          {"SLURM_ARRAY_TASK_COUNT", "2"},
                          {"SLURM_ARRAY_TASK_MIN", "6"}}};
-  const Outcome second = run(words(), task);
-  ASSERT_EQ(second.exit_code, 0) << second.err;
+  const Outcome second = run_well(words(), task);
   EXPECT_THAT(second.err, HasSubstr("2 of 2 of 5 frames, from SLURM_ARRAY_TASK_ID"));
   Conditions sparse = task;
   sparse.environment[0].second = "9";
@@ -39,10 +38,10 @@ TEST_F(Sequence, FramesInATaskOfAnArrayAreSplitOnlyWhereThatIsSaid) {
   expect_error(run(words({"--frames", "2"}), task), 2,
                {"--frames 2 in task 2", "--shard 1/1", "--shard slurm"});
   EXPECT_THAT(outputs(), IsEmpty());
-  ASSERT_EQ(run(words({"--frames", "2", "--shard", "1/1"}), task).exit_code, 0);
+  run_well(words({"--frames", "2", "--shard", "1/1"}), task);
   EXPECT_TRUE(exists("o.0002.exr"));
   EXPECT_EQ(outputs().size(), 3u);
-  ASSERT_EQ(run(words({"--frames", "1-3", "--shard", "slurm"}), task).exit_code, 0);
+  run_well(words({"--frames", "1-3", "--shard", "slurm"}), task);
   EXPECT_TRUE(exists("o.0003.exr"));  // the third of them
   EXPECT_EQ(outputs().size(), 6u);
   expect_error(run(words({"--shard", "slurm"}),
@@ -52,19 +51,18 @@ TEST_F(Sequence, FramesInATaskOfAnArrayAreSplitOnlyWhereThatIsSaid) {
 
 TEST_F(Sequence, TwoDevicesGiveTheSameBytes) {
   write_sequence(5);
-  ASSERT_EQ(run(words({"-q"})).exit_code, 0);
+  run_well(words({"-q"}));
   const auto one = outputs();
   for (const auto& [file, bytes] : one) fs::remove(path(file));
   const Conditions two{{{"POCL_DEVICES", "pthread pthread"}}};
   // PoCL 3.1 may abort when two of its devices build the same kernel at once for the first time
   // (docs/portability.md), so that each has built all by itself before.
   for (const char* device : {"0", "1"}) {
-    ASSERT_EQ(run(words({"-q", "--device", device, "--in-flight", "1"}), two).exit_code, 0);
+    run_well(words({"-q", "--device", device, "--in-flight", "1"}), two);
     EXPECT_EQ(outputs(), one);
     for (const auto& [file, bytes] : one) fs::remove(path(file));
   }
-  const Outcome outcome = run(words({"--device", "all", "--log", "log.jsonl"}), two);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  run_well(words({"--device", "all", "--log", "log.jsonl"}), two);
   EXPECT_EQ(outputs(), one);
 }
 

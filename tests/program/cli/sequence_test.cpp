@@ -20,8 +20,7 @@ using testing::Not;
 
 TEST_F(Sequence, ExtractsEveryFrameAsByItself) {
   write_sequence(4);
-  const Outcome outcome = run(words({"--eye", "1,1,3", "--target", "0,0,0"}));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well(words({"--eye", "1,1,3", "--target", "0,0,0"}));
   EXPECT_EQ(outputs().size(), 12u);
   EXPECT_THAT(outcome.err, HasSubstr("4 frames 0-3"));
   EXPECT_THAT(outcome.err, HasSubstr("frame 3 done"));
@@ -40,7 +39,7 @@ TEST_F(Sequence, ExtractsEveryFrameAsByItself) {
 
 TEST_F(Sequence, FramesAndCamerasAreChosen) {
   write_sequence(6);
-  ASSERT_EQ(run(words({"--frames", "1-5x2,0", "-q"})).exit_code, 0);
+  run_well(words({"--frames", "1-5x2,0", "-q"}));
   std::vector<std::string> pictures;
   for (const auto& [file, bytes] : outputs())
     if (file.ends_with(".png")) pictures.push_back(file);
@@ -54,15 +53,13 @@ TEST_F(Sequence, FramesAndCamerasAreChosen) {
   fs::remove(path("d.0004.ply"));
   expect_error(run(words({"--frames", "3-5"})), 1,
                {"d.####.ply: frame 4 missing", "--missing skip"});
-  const Outcome skipped = run(words({"--frames", "3-9", "--missing", "skip"}));
-  EXPECT_EQ(skipped.exit_code, 0) << skipped.err;
+  const Outcome skipped = run_well(words({"--frames", "3-9", "--missing", "skip"}));
   EXPECT_THAT(skipped.err, HasSubstr("frame 4 missing and skipped"));
   EXPECT_THAT(skipped.err, HasSubstr("4 frames 6-9 left out: the sequence ends with frame 5"));
   EXPECT_THAT(run(words({"-q"})).err, HasSubstr("d.####.ply: frame 4 is missing"));
   expect_error(run(words({"--frames", "100-110"})), 1,
                {"d.####.ply: none of 11 frames 100-110 is there", "--missing skip"});
-  const Outcome beyond = run(words({"--frames", "100-110", "--missing", "skip"}));
-  EXPECT_EQ(beyond.exit_code, 0) << beyond.err;
+  const Outcome beyond = run_well(words({"--frames", "100-110", "--missing", "skip"}));
   EXPECT_THAT(beyond.err, HasSubstr("11 frames 100-110 left out"));
 }
 
@@ -90,7 +87,7 @@ TEST_F(Sequence, MotionOnTheScreenIsTowardsTheNextFramesCamera) {
   write("c.json", list.dump());
   const std::vector<std::string> all{"extract",    "d.####.ply", "--camera", "c.json",  "-o",
                                      "o.####.exr", "--fps",      "25",       "--resume"};
-  ASSERT_EQ(run(all).exit_code, 0);
+  run_well(all);
   for (int frame = 0; frame < 3; ++frame) {
     const Surface surface = read_exr(path(name("o.", frame, ".exr")));
     const ScreenMotion expected =
@@ -118,8 +115,7 @@ TEST_F(Sequence, SaysWhichFramesHaveNoVelocities) {
   write("d.0000.ply", declared + "end_header\n");
   write_particles("d.0001.ply", block(4), 0.1, "0 1 0");
   const std::string what = "the particles carry no velocities";
-  const Outcome same = run(words());
-  ASSERT_EQ(same.exit_code, 0) << same.err;
+  const Outcome same = run_well(words());
   EXPECT_THAT(same.err, Not(HasSubstr(what)));
   const Surface empty = read_exr(path("o.0000.exr"));
   EXPECT_EQ(empty.velocity, std::vector<Vec3>(64 * 48));
@@ -145,8 +141,7 @@ TEST_F(Sequence, OneFrameWithFluidSettlesCameraAndRadius) {
   write_particles("d.0001.ply", {{0, 0, 0}, {nan, 0, 0}, {3, 0, 0}, {0, 3, 0}}, 0);  // drops
   write_particles("d.0002.ply", block(7), 0);
   write_particles("d.0003.ply", block(8), 0);
-  const Outcome outcome = run(words());
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well(words());
   EXPECT_THAT(outcome.err, HasSubstr("framed around the particles of d.0002.ply, d.0003.ply,"));
   EXPECT_THAT(outcome.err, HasSubstr("d.0002.ply, for all frames: no particle radius"));
   // A small block has much surface, which the estimate takes for thinner fluid.
@@ -172,8 +167,7 @@ TEST_F(Sequence, AFrameWithoutARadiusHasThatOfTheOthers) {
   write_sequence(3);
   write_particles("d.0003.ply", {{0, 0, 0}}, 0);  // a drop
   const std::vector<std::string> all = words({"--resume"});
-  const Outcome outcome = run(all);
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well(all);
   EXPECT_THAT(outcome.err, HasSubstr("frame 3: d.0003.ply: no particle radius in the file: 0.1 of "
                                      "d.0002.ply is used"));
   EXPECT_EQ(read_exr(path("o.0003.exr")).particle_radius,
@@ -181,7 +175,7 @@ TEST_F(Sequence, AFrameWithoutARadiusHasThatOfTheOthers) {
   EXPECT_THAT(run(all).err, HasSubstr("4 were there already"));
   for (int frame = 0; frame < 3; ++frame)
     write_particles(name("d.", frame, ".ply"), block(3 + frame % 3), 0.2);
-  EXPECT_EQ(run(all).exit_code, 0);
+  run_well(all);
   EXPECT_NEAR(read_exr(path("o.0003.exr")).particle_radius, 0.2, 1e-6);
 }
 
@@ -200,11 +194,9 @@ TEST_F(Sequence, SaysWhenTheFluidLeavesTheFramedImage) {
     EXPECT_EQ(record.dump().find(what) != std::string::npos, record["frame"] == 1) << record;
   // A camera that was given is looked at, too.
   const std::vector<std::string> eye = {"--eye", "1.5,1.5,30", "--target", "1.5,1.5,0"};
-  const Outcome given = run(words(eye));
-  ASSERT_EQ(given.exit_code, 0) << given.err;
+  const Outcome given = run_well(words(eye));
   EXPECT_THAT(given.err, HasSubstr("frame 1: d.0001.ply: " + what + " (expected for a close-up)"));
-  const Outcome others = run(words({eye[0], eye[1], eye[2], eye[3], "--frames", "2-4"}));
-  ASSERT_EQ(others.exit_code, 0) << others.err;
+  const Outcome others = run_well(words({eye[0], eye[1], eye[2], eye[3], "--frames", "2-4"}));
   EXPECT_THAT(others.err, Not(HasSubstr("outside the image")));
 }
 
@@ -232,8 +224,7 @@ TEST_F(Sequence, LargeFramesHaveOneRadius) {
       }
     write(name("d.", frame, ".ply"), bytes);
   }
-  const Outcome outcome = run(words());
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well(words());
   EXPECT_THAT(outcome.err, HasSubstr("d.0000.ply, for all frames: no particle radius"));
   EXPECT_EQ(read_exr(path("o.0000.exr")).particle_radius,
             read_exr(path("o.0001.exr")).particle_radius);

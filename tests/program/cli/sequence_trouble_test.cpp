@@ -53,8 +53,7 @@ TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
   // What several frames warn of is said once, and of which at the end.
   write_particles("d.0003.ply", {{0, 0, 0}, {std::nan(""), 0, 0}});
   write_particles("d.0004.ply", {{0, 0, 0}, {0, std::nan(""), 0}, {0, 0, 1}});
-  const Outcome several = run(words({"--frames", "3-4"}));
-  EXPECT_EQ(several.exit_code, 0) << several.err;
+  const Outcome several = run_well(words({"--frames", "3-4"}));
   EXPECT_THAT(several.err, HasSubstr("meniscus: warning: 2 frames 3,4: 1 of "));
   EXPECT_THAT(several.err, HasSubstr("the others differ in their numbers"));
   // What a single one of many warns of is said again, too.
@@ -148,8 +147,7 @@ TEST_F(Sequence, KilledAtAnyMomentAndResumed) {
   }
   // At least half of a run is left when it is killed, at most a quarter and a frame of it pass.
   EXPECT_GE(killed, 5);
-  const Outcome last = run(words({"--resume"}));
-  ASSERT_EQ(last.exit_code, 0) << last.err;
+  run_well(words({"--resume"}));
   EXPECT_EQ(outputs(), undisturbed);
   EXPECT_THAT(temporary_files(), IsEmpty());
 }
@@ -166,8 +164,7 @@ TEST_F(Sequence, SigtermFinishesTheFramesUnderWay) {
   const std::size_t done = log("log.jsonl").size();
   EXPECT_LT(done, 60u);
   EXPECT_EQ(outputs().size(), 3 * done);  // whole frames only
-  const Outcome rest = run(words({"--resume", "--log", "log.jsonl"}));
-  ASSERT_EQ(rest.exit_code, 0) << rest.err;
+  const Outcome rest = run_well(words({"--resume", "--log", "log.jsonl"}));
   EXPECT_THAT(rest.err, HasSubstr(std::to_string(done) + " were there already"));
   EXPECT_EQ(outputs().size(), 180u);
 }
@@ -183,7 +180,7 @@ TEST_F(Sequence, AFullDiskEndsTheBatch) {
   EXPECT_THAT(outputs(), IsEmpty());
   EXPECT_THAT(temporary_files(), IsEmpty());
   all.insert(all.end(), {"--resume", "--frames", "0,1"});
-  EXPECT_EQ(run(all).exit_code, 0);
+  run_well(all);
   all.back() = "0-4";
   expect_error(run(all, {{}, 4'000'000}), 1, {"2 of 5 frames are done"});  // those two count
   expect_error(run(words({"--log", "/dev/full"})), 1,

@@ -18,14 +18,12 @@ using ProgramTune = Program;
 
 TEST_F(ProgramTune, MeasuresKeepsAndForgets) {
   const Conditions conditions{.environment = {{"MENISCUS_CACHE_DIR", "cache"}}};
-  const Outcome tuned = run({"tune", "--device", "cpu", "--rounds", "1", "-q"}, conditions);
-  EXPECT_EQ(tuned.exit_code, 0) << tuned.err;
+  const Outcome tuned = run_well({"tune", "--device", "cpu", "--rounds", "1", "-q"}, conditions);
   EXPECT_THAT(tuned.out, AllOf(HasSubstr("width 1, groups of 64"), HasSubstr("discs by minima"),
                                HasSubstr("(default)"),
                                HasSubstr("kept: width 8, groups of 64, discs by bins, since")));
   EXPECT_EQ(tuned.err, "");
-  const Outcome forgotten = run({"tune", "--device", "cpu", "--forget"}, conditions);
-  EXPECT_EQ(forgotten.exit_code, 0) << forgotten.err;
+  const Outcome forgotten = run_well({"tune", "--device", "cpu", "--forget"}, conditions);
   EXPECT_THAT(forgotten.out,
               HasSubstr("forgotten: width 8, groups of 64, discs by bins from now on"));
 }
@@ -38,7 +36,7 @@ TEST_F(ProgramTune, WhatWasKeptIsShownWithTheDevices) {
   unsetenv("MENISCUS_CACHE_DIR");
   ASSERT_TRUE(kept);
   EXPECT_THAT(run({"devices"}, conditions).out, HasSubstr("launched with width 1, groups of 16"));
-  EXPECT_EQ(run({"tune", "--forget"}, conditions).exit_code, 0);
+  run_well({"tune", "--forget"}, conditions);
   EXPECT_THAT(run({"devices"}, conditions).out, Not(HasSubstr("launched with")));
 }
 

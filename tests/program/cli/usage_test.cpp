@@ -50,8 +50,7 @@ TEST_F(ProgramUsage, HelpHasWhatMostNeedOnOneScreen) {
 }
 
 TEST_F(ProgramUsage, ListsDevicesAsJson) {
-  const Outcome outcome = run({"devices", "--json"});
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well({"devices", "--json"});
   const nlohmann::json all = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(all["meniscus"], version());
   ASSERT_FALSE(all["devices"].empty());
@@ -97,8 +96,7 @@ TEST_F(ProgramUsage, HelpFitsATerminal) {
 }
 
 TEST_F(ProgramUsage, ListsDevicesAndSaysWhyOneIsTheDefault) {
-  const Outcome outcome = run({"devices"});
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well({"devices"});
   EXPECT_THAT(outcome.out, HasSubstr("* "));
   EXPECT_THAT(outcome.out, HasSubstr("The default is "));
   EXPECT_THAT(outcome.out, HasSubstr("fastest kind found"));
@@ -154,9 +152,7 @@ TEST_P(ProgramWrongUsage, IsOneLineAndExitCodeTwo) {
 }
 
 std::vector<std::string> extract_with(std::vector<std::string> more) {
-  std::vector<std::string> words{"extract", "in.ply", "-o", "a.png"};
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
+  return Words{"extract", "in.ply", "-o", "a.png"} + more;
 }
 
 INSTANTIATE_TEST_SUITE_P(
@@ -295,7 +291,7 @@ TEST_F(ProgramUsage, RefusesMemoryThatIsNone) {
     expect_error(run({"extract", "block.ply", "-o", "out.png", "--memory", memory}), 2,
                  {"--memory is", memory, "e.g. 512M"});
   for (const char* memory : {"1G", "0.5G", "1000000", "64K", "128MB", "128MiB"})
-    EXPECT_EQ(run({"extract", "block.ply", "-o", "out.png", "--memory", memory}).exit_code, 0);
+    run_well({"extract", "block.ply", "-o", "out.png", "--memory", memory});
 }
 
 }  // namespace

@@ -34,8 +34,7 @@ TEST_F(ProgramVerify, PassesHereAndWritesJsonJUnitAndPage) {
   EXPECT_THAT(read("v.xml"), HasSubstr("<testcase classname=\"cover_discs\""));
   EXPECT_THAT(read("v.html"), HasSubstr("cover_discs"));
 
-  const Outcome same = run({"verify", "--compare", "v.json", "v.json"});
-  EXPECT_EQ(same.exit_code, 0) << same.err;
+  const Outcome same = run_well({"verify", "--compare", "v.json", "v.json"});
   EXPECT_THAT(same.out, AllOf(HasSubstr(", 0 differ\n"), HasSubstr("A  v.json: ")));
   EXPECT_THAT(outcome.out, HasSubstr("kernels and references only"));
 
@@ -55,8 +54,7 @@ TEST_F(ProgramVerify, PassesHereAndWritesJsonJUnitAndPage) {
 }
 
 TEST_F(ProgramVerify, ListsItsKernels) {
-  const Outcome outcome = run({"verify", "--list"});
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well({"verify", "--list"});
   EXPECT_THAT(outcome.out, AllOf(HasSubstr("\nfit_particles\n"), HasSubstr("\nbound_bins\n")));
   EXPECT_THAT(outcome.out, Not(HasSubstr(" ")));
   expect_error(run({"verify", "--list", "--kernel", "fit"}), 2,
@@ -96,7 +94,7 @@ TEST_F(ProgramVerify, ProgressFitsTheTerminal) {
 TEST_F(ProgramVerify, StartsItsProcessesWithALauncher) {
   const std::vector<std::string> command{"verify", "--device", "cpu",       "--size",
                                          "small",  "--kernel", "bound_bins"};
-  EXPECT_EQ(run(command, {.environment = {{"MENISCUS_LAUNCHER", "env ANYTHING=1"}}}).exit_code, 0);
+  run_well(command, {.environment = {{"MENISCUS_LAUNCHER", "env ANYTHING=1"}}});
   expect_error(run(command, {.environment = {{"MENISCUS_LAUNCHER", "false"}}}), 1,
                {"listing the OpenCL devices", "exit code 1"});
   expect_error(run(command, {.environment = {{"MENISCUS_LAUNCHER", "no_such_launcher"}}}), 1,
@@ -311,9 +309,7 @@ TEST_F(ProgramVerify, KernelsOfOthersThatDoNotRunAreFailures) {
   write("k.cl", "kernel void k(global int* to) { for (volatile int again = 1; again;) {} }");
   write("m.json", R"({"kernel": "k", "range": [1], "arguments": [{"type": "int", "count": 1}]})");
   const auto verify = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> words{"verify", "--program", "k.cl", "--manifest", "m.json"};
-    words.insert(words.end(), more.begin(), more.end());
-    return run(words);
+    return run(Words{"verify", "--program", "k.cl", "--manifest", "m.json"} + more);
   };
   const Outcome hang = verify({"--device", "cpu", "--timeout", "3"});
   EXPECT_EQ(hang.exit_code, 1);

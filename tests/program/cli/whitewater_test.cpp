@@ -41,10 +41,9 @@ class ProgramWhitewater : public Program {
 
   static std::vector<std::string> words(const std::vector<std::string>& more,
                                         const std::string& water = "water.ply") {
-    std::vector<std::string> all{"extract", water,    "--eye", "0.5,1,4", "--target",
-                                 "0,0,0",   "--size", "96x72", "-q"};
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
+    return Words{"extract", water,    "--eye", "0.5,1,4", "--target",
+                 "0,0,0",   "--size", "96x72", "-q"} +
+           more;
   }
 
   static double sum(const std::vector<float>& values) {
@@ -58,10 +57,9 @@ TEST_F(ProgramWhitewater, IsThatOfTheLibraryAndLeavesTheWaterAlone) {
   write_files();
   const std::string foam = "foam=white.ply@type=0", spray = "spray=white.ply@type=1",
                     bubble = "bubble=white.ply@type=2";
-  ASSERT_EQ(run(words({"-o", "a.exr", "-o", "a.png"})).exit_code, 0);
-  const Outcome outcome = run(words(
+  run_well(words({"-o", "a.exr", "-o", "a.png"}));
+  const Outcome outcome = run_well(words(
       {"--whitewater", foam, spray, bubble, "-o", "b.exr", "-o", "b.png", "--write-camera", "c"}));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
   const Surface bare = read_exr(path("a.exr")), surface = read_exr(path("b.exr"));
   EXPECT_TRUE(same_bits(bare, surface));
@@ -92,9 +90,7 @@ TEST_F(ProgramWhitewater, IsThatOfTheLibraryAndLeavesTheWaterAlone) {
 TEST_F(ProgramWhitewater, RadiusAndToleranceAreTaken) {
   write_files();
   const auto coverage = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> all{"--whitewater", "foam=white.ply", "-o", "a.exr"};
-    all.insert(all.end(), more.begin(), more.end());
-    EXPECT_EQ(run(words(all)).exit_code, 0);
+    run_well(words(Words{"--whitewater", "foam=white.ply", "-o", "a.exr"} + more));
     return sum(read_exr(path("a.exr")).whitewater.at(0).density);
   };
   const double own = coverage({});
@@ -110,7 +106,7 @@ TEST_F(ProgramWhitewater, SequencesTakeTheFilesOfEachFrame) {
   }
   const std::vector<std::string> more{"--whitewater", "foam=f.{}.ply", "-o",      "o.####.exr",
                                       "--frames",     "0-1",           "--resume"};
-  ASSERT_EQ(run(words(more, "w.####.ply")).exit_code, 0);
+  run_well(words(more, "w.####.ply"));
   EXPECT_EQ(read_exr(path("o.0001.exr")).whitewater.size(), 1u);
   const std::string before = read("o.0001.exr");
   // A file of whitewater that changes makes its frame anew.
@@ -125,8 +121,7 @@ TEST_F(ProgramWhitewater, SequencesTakeTheFilesOfEachFrame) {
   std::vector<std::string> all{"--whitewater", "foam=f.{}.ply", "-o", "p.####.exr"};
   expect_error(run(words(all, "w.####.ply")), 1, {"f.{}.ply: frame 2 missing", "--missing skip"});
   all.insert(all.end(), {"--missing", "skip"});
-  const Outcome outcome = run(words(all, "w.####.ply"));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Outcome outcome = run_well(words(all, "w.####.ply"));
   EXPECT_THAT(outcome.err, HasSubstr("frame 2 missing, and the water made without"));
   const Surface last = read_exr(path("p.0002.exr"));
   ASSERT_EQ(last.whitewater.size(), 1u);
@@ -172,9 +167,9 @@ TEST_F(ProgramWhitewater, IsMadeForAFrameOfWater) {
     const std::string name = std::string(type) + ".ply";
     const std::vector<std::string> all{"generate",    "--whitewater", type, "--from", water,
                                        "--particles", "5000",         "-o", name,     "-q"};
-    ASSERT_EQ(run(all).exit_code, 0);
+    run_well(all);
     const std::string first = read(name);
-    ASSERT_EQ(run(all).exit_code, 0);
+    run_well(all);
     EXPECT_EQ(read(name), first);
     const Particles made = read_particles(path(name));
     EXPECT_EQ(made.size(), 5000u);
