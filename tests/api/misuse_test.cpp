@@ -5,6 +5,7 @@
 
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -14,12 +15,9 @@ class Misuse : public testing::Test {
   Misuse() { particles_.x = particles_.y = particles_.z = {0, 0.1f, 0.2f}; }
 
   void expect_refused(const std::string& why) {
-    try {
-      extract(device_, particles_, camera_, params_);
-      FAIL() << why;
-    } catch (const InvalidArgument& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr(why));
-    }
+    EXPECT_THAT(
+        text_of_thrown<InvalidArgument>([&] { extract(device_, particles_, camera_, params_); }),
+        testing::HasSubstr(why));
   }
 
   Device device_;

@@ -145,33 +145,23 @@ class OpenDevice : public testing::Test {
 
 TEST_F(OpenDevice, RefusesABufferThatIsTooLargeAndNamesTheDevice) {
   const std::size_t bytes = device_.info().largest_buffer + 1;
-  try {
-    allocate<char>(device_, bytes);
-    FAIL() << "a buffer beyond the device's largest was allocated";
-  } catch (const DeviceError& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr(std::to_string(bytes)),
-                                    HasSubstr(device_.info().name), HasSubstr("another device")));
-  }
+  EXPECT_THAT(text_of_thrown<DeviceError>([&] { allocate<char>(device_, bytes); }),
+              AllOf(HasSubstr(std::to_string(bytes)), HasSubstr(device_.info().name),
+                    HasSubstr("another device")));
 }
 
 TEST_F(OpenDevice, NamesKernelAndNumberWhenArgumentsDoNotFit) {
-  try {
-    launch(device_, "visible.cl", "count_owned", {1}, "", cl_int{1});
-    FAIL() << "a launch without its arguments passed";
-  } catch (const DeviceError& error) {
-    EXPECT_THAT(error.what(),
-                AllOf(HasSubstr("visible.cl: count_owned takes"), HasSubstr("arguments, not 1")));
-  }
+  EXPECT_THAT(text_of_thrown<DeviceError>(
+                  [&] { launch(device_, "visible.cl", "count_owned", {1}, "", cl_int{1}); }),
+              AllOf(HasSubstr("visible.cl: count_owned takes"), HasSubstr("arguments, not 1")));
 }
 
 TEST_F(OpenDevice, NamesFileAndErrorWhenAKernelDoesNotBuild) {
-  try {
-    launch(device_, "visible.cl", "count_owned", {1}, "-D cos=( -D int=)", cl_int{1});
-    FAIL() << "a kernel that cannot be compiled was built";
-  } catch (const DeviceError& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("visible.cl did not build on \""),
-                                    HasSubstr(device_.info().name), HasSubstr("error")));
-  }
+  EXPECT_THAT(text_of_thrown<DeviceError>([&] {
+                launch(device_, "visible.cl", "count_owned", {1}, "-D cos=( -D int=)", cl_int{1});
+              }),
+              AllOf(HasSubstr("visible.cl did not build on \""), HasSubstr(device_.info().name),
+                    HasSubstr("error")));
 }
 
 TEST_F(OpenDevice, NamesAFileThatIsNotThere) {

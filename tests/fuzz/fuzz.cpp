@@ -45,24 +45,6 @@ class MemoryFile {
   int descriptor_;
 };
 
-void ply(const std::string& bytes) { particles("f.ply", bytes); }
-void vtk(const std::string& bytes) { particles("f.vtk", bytes); }
-void bgeo(const std::string& bytes) { particles("f.bgeo", bytes); }
-void xyz(const std::string& bytes) { particles("f.xyz", bytes); }
-void csv(const std::string& bytes) { particles("f.csv", bytes); }
-void vtp(const std::string& bytes) { particles("f.vtp", bytes); }
-void npy(const std::string& bytes) { particles("f.npy", bytes); }
-void npz(const std::string& bytes) { particles("f.npz", bytes); }
-void hdf5(const std::string& bytes) { particles("f.h5", bytes); }
-void bgeo_json(const std::string& bytes) { particles("f.bgeo", bytes); }
-void bgeo_sc(const std::string& bytes) { particles("f.bgeo.sc", bytes); }
-void bi4(const std::string& bytes) { particles("f.bi4", bytes); }
-#ifdef MENISCUS_OPENVDB
-void vdb(const std::string& bytes) { particles("f.vdb", bytes); }
-#endif
-void ffp3(const std::string& bytes) { particles("f.ffp3", bytes); }
-void lammps(const std::string& bytes) { particles("f.dump", bytes); }
-
 // The rows that are left on disk are those that read_ply reads.
 void rows(const std::string& bytes) {
   const auto layout = ply_rows({"f.ply", bytes.substr(0, kHead)}, bytes.size());
@@ -149,36 +131,27 @@ enum class Format { any, ply, json, lines, png };
 
 struct Entry {
   const char* name;
-  void (*read)(const std::string&);
   Format format;
+  const char* particles;                       // the name of a file of them, or
+  void (*read)(const std::string&) = nullptr;  // what else is read
 };
 
 const Entry kEntries[] = {
-    {"ply", ply, Format::ply},
-    {"rows", rows, Format::ply},
-    {"vtk", vtk, Format::any},
-    {"bgeo", bgeo, Format::any},
-    {"xyz", xyz, Format::any},
-    {"csv", csv, Format::any},
-    {"vtp", vtp, Format::any},
-    {"npy", npy, Format::any},
-    {"npz", npz, Format::any},
-    {"hdf5", hdf5, Format::any},
-    {"bgeo_json", bgeo_json, Format::any},
-    {"bgeo_sc", bgeo_sc, Format::any},
-    {"bi4", bi4, Format::any},
-    {"ffp3", ffp3, Format::any},
-    {"lammps", lammps, Format::any},
+    {"ply", Format::ply, "f.ply"},           {"rows", Format::ply, nullptr, rows},
+    {"vtk", Format::any, "f.vtk"},           {"bgeo", Format::any, "f.bgeo"},
+    {"xyz", Format::any, "f.xyz"},           {"csv", Format::any, "f.csv"},
+    {"vtp", Format::any, "f.vtp"},           {"npy", Format::any, "f.npy"},
+    {"npz", Format::any, "f.npz"},           {"hdf5", Format::any, "f.h5"},
+    {"bgeo_json", Format::any, "f.bgeo"},    {"bgeo_sc", Format::any, "f.bgeo.sc"},
+    {"bi4", Format::any, "f.bi4"},           {"ffp3", Format::any, "f.ffp3"},
+    {"lammps", Format::any, "f.dump"},
 #ifdef MENISCUS_OPENVDB
-    {"vdb", vdb, Format::any},  // by itself: OpenVDB 10 is not made for damaged files
+    {"vdb", Format::any, "f.vdb"},  // by itself: OpenVDB 10 is not made for damaged files
 #endif
-    {"pvd", series, Format::any},
-    {"camera", camera, Format::json},
-    {"exr", exr, Format::any},
-    {"png", png, Format::png},
-    {"log", log, Format::lines},
-    {"verify", verify, Format::json},
-    {"bench", bench, Format::json},
+    {"pvd", Format::any, nullptr, series},   {"camera", Format::json, nullptr, camera},
+    {"exr", Format::any, nullptr, exr},      {"png", Format::png, nullptr, png},
+    {"log", Format::lines, nullptr, log},    {"verify", Format::json, nullptr, verify},
+    {"bench", Format::json, nullptr, bench},
 };
 
 const Entry* chosen = nullptr;
@@ -206,7 +179,8 @@ extern "C" int LLVMFuzzerInitialize(int* count, char*** arguments) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;  // read_file refuses an empty file
   try {
-    chosen->read(std::string(reinterpret_cast<const char*>(data), size));
+    const std::string bytes(reinterpret_cast<const char*>(data), size);
+    chosen->particles ? particles(chosen->particles, bytes) : chosen->read(bytes);
   } catch (const meniscus::InputError&) {
   }
   return 0;

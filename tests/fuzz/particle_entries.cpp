@@ -2,11 +2,11 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <vector>
 
 #include "io/readers.hpp"
 #include "meniscus/io.hpp"
+#include "same_bits.hpp"
 
 namespace meniscus::fuzz {
 namespace {
@@ -20,11 +20,6 @@ void check_sizes(const Particles& p) {
   for (const Attribute& attribute : p.attributes)
     want(attribute.values.size() == p.size() && !attribute.name.empty(),
          "an attribute does not fit");
-}
-
-bool same(const std::vector<float>& a, const std::vector<float>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0);
 }
 
 // In two parts from where the values lie.
@@ -42,7 +37,7 @@ void check_source(const char* name, const std::string& bytes, const Particles& a
        {std::pair<std::size_t, std::size_t>{0, half}, {half, all.size() - half}})
     source->read(static_cast<std::int64_t>(first), count,
                  {.x = x.data() + first, .z = z.data() + first, .vy = vy.data() + first});
-  want(same(x, all.x) && same(z, all.z) && (all.vx.empty() || same(vy, all.vy)),
+  want(same_bits(x, all.x) && same_bits(z, all.z) && (all.vx.empty() || same_bits(vy, all.vy)),
        "a source gives other values");
 }
 
@@ -61,7 +56,7 @@ void particles(const char* name, const std::string& bytes) {
   const Particles more =
       particles_of({name, bytes}, ReadOptions{.attributes = {"temperature", "force"}});
   check_sizes(more);
-  want(same(more.x, p.x), "other positions with attributes");
+  want(same_bits(more.x, p.x), "other positions with attributes");
 }
 
 void series(const std::string& bytes) {

@@ -12,6 +12,7 @@
 #include "io/rows.hpp"
 #include "meniscus/source.hpp"
 #include "program/batch/pattern.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -160,13 +161,11 @@ TEST_F(FormatsOnDisk, SayWhatIsWrong) {
               testing::HasSubstr("holds 3 timesteps: 1000, 0, 2000 (give timestep"));
   EXPECT_THAT(error_of("v.ffp3", content(sample("fluidparticlestemperature000001.ffp3"))),
               testing::HasSubstr("has 4 bytes a particle, wanted 12"));
-  try {
-    read_particles(sample("vtk_raw.vtp"), ReadOptions{.attributes = {"pressure"}});
-    ADD_FAILURE();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("has no attribute \"pressure\", it has velocity, "
-                                                 "id, temperature, force"));
-  }
+  EXPECT_THAT(text_of_thrown<InputError>([&] {
+                read_particles(sample("vtk_raw.vtp"), ReadOptions{.attributes = {"pressure"}});
+              }),
+              testing::HasSubstr("has no attribute \"pressure\", it has velocity, "
+                                 "id, temperature, force"));
 }
 
 // Velocities are the only vectors that can be read: they were taken for positions.
@@ -351,13 +350,9 @@ TEST_F(FormatsOnDisk, TheFramesNumberIsTheOneThatDiffers) {
   EXPECT_EQ(sequence_in_folder(folder), folder + "/dam3.{}.v2.vtp");
   for (int k = 0; k < 40; ++k)
     write("other" + std::to_string(k) + ".0001.v" + std::to_string(k) + ".vtp", bytes);
-  try {
-    sequence_in_folder(folder);
-    FAIL() << "there are several sequences";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("several sequences"));
-    EXPECT_THAT(error.what(), testing::EndsWith(" and 33 more"));
-  }
+  const std::string text = text_of_thrown<InputError>([&] { sequence_in_folder(folder); });
+  EXPECT_THAT(text, testing::HasSubstr("several sequences"));
+  EXPECT_THAT(text, testing::EndsWith(" and 33 more"));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "io/io_test_support.hpp"
 #include "io/rows.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -115,13 +116,9 @@ TEST_F(Source, SaysWhereAFileEndedThatGrewShorter) {
   const std::string good = mixed_ply(std::endian::little);
   const auto rows = open_rows(write("shrunk.ply", good), {});
   write("shrunk.ply", good.substr(0, good.size() - 30));
-  try {
-    all_of(*rows, 5);
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("byte " + std::to_string(good.size() - 30)));
-    EXPECT_THAT(error.what(), HasSubstr("ends here"));
-  }
+  const std::string text = text_of_thrown<InputError>([&] { all_of(*rows, 5); });
+  EXPECT_THAT(text, HasSubstr("byte " + std::to_string(good.size() - 30)));
+  EXPECT_THAT(text, HasSubstr("ends here"));
 }
 
 TEST_F(Source, SmallFilesAndOtherFormatsAreInMemory) {
@@ -140,12 +137,7 @@ Particles three() {
 }
 
 void expect_refused(const Particles& particles, const std::string& why) {
-  try {
-    check(particles);
-    FAIL() << why;
-  } catch (const InvalidArgument& error) {
-    EXPECT_THAT(error.what(), HasSubstr(why));
-  }
+  EXPECT_THAT(text_of_thrown<InvalidArgument>([&] { check(particles); }), HasSubstr(why));
 }
 
 TEST(ParticleCheck, NamesTheArrayThatDoesNotFit) {

@@ -7,6 +7,7 @@
 #include "meniscus/error.hpp"
 #include "meniscus/motion.hpp"
 #include "stages/stage_test_support.hpp"
+#include "thrown.hpp"
 
 namespace meniscus {
 namespace {
@@ -148,12 +149,8 @@ TEST(ScreenMotion, RefusesWhatItCannotWorkWith) {
   EXPECT_THROW(screen_motion(surface, Camera{}, 24), InvalidArgument);
   Surface still = surface;
   still.velocity.clear();
-  try {
-    screen_motion(still, camera, 24);
-    FAIL();
-  } catch (const InvalidArgument& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("has 0 velocities for 20 pixels"));
-  }
+  EXPECT_THAT(text_of_thrown<InvalidArgument>([&] { screen_motion(still, camera, 24); }),
+              testing::HasSubstr("has 0 velocities for 20 pixels"));
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "output/spray.hpp"
+#include "stages/orthographic_view.hpp"
 #include "stages/stage_test_support.hpp"
 
 namespace meniscus {
@@ -152,14 +153,7 @@ SurfaceMap empty_image(int nx, int ny) {
 }
 
 // An orthographic camera that shows a world unit as four pixels.
-View spray_view() {
-  Camera camera;
-  camera.width = 40;
-  camera.height = 32;
-  camera.view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-  camera.projection = {0.2, 0, 0, 0, 0, 0.25, 0, 0, 0, 0, -0.02, -1, 0, 0, 0, 1};
-  return make_view(camera, 0.5, {0, 0, 0});
-}
+View spray_view() { return orthographic_view(40, 32, {0.2, 0.25, -0.02}, 0.5); }
 
 TEST(Spray, DrawsASphereByHand) {
   SurfaceMap image = empty_image(40, 32);

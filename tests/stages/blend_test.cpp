@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "stages/blend_test_support.hpp"
+#include "stages/orthographic_view.hpp"
 
 namespace meniscus {
 namespace {
@@ -16,15 +17,8 @@ using Blend = OnDevice;
 TEST_P(Blend, MatchesTheReferenceOnACrowdOfFits) {
   std::size_t compared = 0, skipped = 0, crowded = 0, on_edge = 0, ended = 0, partly = 0;
   for (const unsigned seed : {1u, 2u, 3u}) {
-    View view = frontal_view(37, 21);
-    if (seed == 3) {
-      Camera camera;
-      camera.width = 37;
-      camera.height = 21;
-      camera.view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-      camera.projection = {0.07, 0, 0, 0, 0, 0.12, 0, 0, 0, 0, -0.01, -1, 0, 0, 0, 1};
-      view = make_view(camera, 1, {0, 0, 0});
-    }
+    const View view =
+        seed == 3 ? orthographic_view(37, 21, {0.07, 0.12, -0.01}) : frontal_view(37, 21);
     const Scene scene = crowd(seed);
     Random random(seed + 10);
     std::vector<ParticleFits> others;

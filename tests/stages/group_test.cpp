@@ -18,6 +18,14 @@ double waves(double u, double v) { return 25 + 1.5 * std::sin(0.35 * u) + std::c
 // Two planes that meet in a crease at u = 21, at +-40 degrees.
 double roof(double u, double) { return 25 + std::abs(u - 21) * std::tan(40 * std::acos(-1) / 180); }
 
+// How many corners two triangles share.
+int shared_corners(const Triangulation& mesh, std::size_t t, std::size_t k) {
+  int shared = 0;
+  for (const std::int32_t a : mesh.triangle[t])
+    for (const std::int32_t b : mesh.triangle[k]) shared += a == b;
+  return shared;
+}
+
 // Each group as the set of its triangles, each the set of its particles' numbers.
 using Partition = std::set<std::set<std::set<std::int32_t>>>;
 
@@ -44,10 +52,7 @@ TEST(SmoothNormals, WeighNeighboursByAreaAndSimilarity) {
     if (mesh.kind[t] != TriangleKind::kept) continue;
     Vec3d sum;
     for (std::size_t k = 0; k < mesh.triangle.size(); ++k) {
-      bool shares = false;
-      for (const std::int32_t a : mesh.triangle[t])
-        for (const std::int32_t b : mesh.triangle[k]) shares = shares || a == b;
-      if (shares && mesh.kind[k] == TriangleKind::kept)
+      if (shared_corners(mesh, t, k) > 0 && mesh.kind[k] == TriangleKind::kept)
         sum += mesh.normal[k] *
                (mesh.area[k] * std::pow((1 + dot(mesh.normal[t], mesh.normal[k])) / 2, 16));
     }
@@ -156,11 +161,8 @@ TEST(MergeGroups, NeighboursThatStayedApartFaceApart) {
       members[g].insert(mesh.triangle[t].begin(), mesh.triangle[t].end());
       ++triangles[g];
       for (std::size_t k = 0; k < t; ++k) {
-        int shared = 0;
-        for (const std::int32_t a : mesh.triangle[t])
-          for (const std::int32_t b : mesh.triangle[k]) shared += a == b;
         const std::int32_t h = groups.group_of_triangle[k];
-        if (shared < 2 || h < 0 || g == h) continue;
+        if (shared_corners(mesh, t, k) < 2 || h < 0 || g == h) continue;
         EXPECT_LE(dot(groups.normal[g], groups.normal[h]), cosine + kRounding);
       }
     }
@@ -196,11 +198,8 @@ TEST(MergeGroups, GroupsFarApartDoNotMergeWherePositionsCount) {
     }
     for (std::size_t t = 0; t < mesh.triangle.size(); ++t)
       for (std::size_t k = 0; k < t; ++k) {
-        int shared = 0;
-        for (const std::int32_t a : mesh.triangle[t])
-          for (const std::int32_t b : mesh.triangle[k]) shared += a == b;
         const std::int32_t g = groups.group_of_triangle[t], h = groups.group_of_triangle[k];
-        if (shared < 2 || g < 0 || h < 0 || g == h) continue;
+        if (shared_corners(mesh, t, k) < 2 || g < 0 || h < 0 || g == h) continue;
         EXPECT_GE(length(sum[g] / area[g] - sum[h] / area[h]), distance * (1 - kRounding));
       }
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "stages/orthographic_view.hpp"
 #include "stages/stage_test_support.hpp"
 #include "verify/reference/paper.hpp"
 #include "verify/references/mesh_by_hand.hpp"
@@ -222,11 +223,7 @@ TEST_P(Paper, ContourFilterMatchesTheReference) {
 
 TEST_P(Paper, SplashIsDrawnAsSpheres) {
   // Orthographic, one pixel a tenth of a radius.
-  Camera camera;
-  camera.width = camera.height = 45;
-  camera.view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-  camera.projection = {20 / 45.0, 0, 0, 0, 0, 20 / 45.0, 0, 0, 0, 0, -0.01, -1, 0, 0, 0, 1};
-  const View view = make_view(camera, 1, {0, 0, 0});
+  const View view = orthographic_view(45, 45, {20 / 45.0, 20 / 45.0, -0.01});
   Projected p;
   const Vec3d centre[2] = {{0.25, 0.5, -20}, {-0.5, 0.25, -20.5}};
   for (const Vec3d& c : centre) {

@@ -18,6 +18,12 @@ struct Case {
   Camera (*camera)(int, int);
   SampleGrid grid;
   double footprint;
+
+  View view() const {
+    return make_view(
+        camera(static_cast<int>(grid.nx * grid.step), static_cast<int>(grid.ny * grid.step)), 0.5,
+        {0, 0, 0});
+  }
 };
 
 const Case kCases[] = {
@@ -29,9 +35,7 @@ const Case kCases[] = {
 TEST_P(Spheres, MatchTheReference) {
   for (const Case& c : kCases) {
     SCOPED_TRACE(c.name);
-    const View view = make_view(c.camera(static_cast<int>(c.grid.nx * c.grid.step),
-                                         static_cast<int>(c.grid.ny * c.grid.step)),
-                                0.5, {0, 0, 0});
+    const View view = c.view();
     const Projected particles = spheres_around(view, 60, 2);
     ASSERT_GT(particles.size(), 30u);
     const DeviceSpheres spheres = upload_spheres(device_, view, particles, c.footprint);
@@ -116,9 +120,7 @@ TEST_P(Spheres, HiddenSpheresAreLeftOutExactly) {
                                {60, 1.4, true}})
       for (const unsigned seed : {21u, 22u}) {
         SCOPED_TRACE(c.name);
-        const View view = make_view(c.camera(static_cast<int>(c.grid.nx * c.grid.step),
-                                             static_cast<int>(c.grid.ny * c.grid.step)),
-                                    0.5, {0, 0, 0});
+        const View view = c.view();
         WorldParticles world;
         Random random(seed);
         for (int k = 0; k < scene.count; ++k) {

@@ -11,6 +11,7 @@
 #include "stages/mesh.hpp"
 #include "stages/orthographic_view.hpp"
 #include "stages/stage_test_support.hpp"
+#include "thrown.hpp"
 #include "verify/references/cases.hpp"
 
 namespace meniscus {
@@ -122,12 +123,9 @@ TEST_P(Ssm, FilterIsTheBinomialRow) {
 TEST_P(Ssm, NamesAMapOfTheWrongSize) {
   const SampleGrid grid{4, 3, 0, 1};
   const auto depth = filled<float>(device_, 11, 1.0f);
-  try {
-    smooth_depth(device_, orthographic_view(4, 3), depth, grid, {}, 2);
-    FAIL();
-  } catch (const InvalidArgument& error) {
-    EXPECT_STREQ(error.what(), "ssm: the depth map has 11 values but the grid 4 x 3 samples");
-  }
+  EXPECT_EQ(text_of_thrown<InvalidArgument>(
+                [&] { smooth_depth(device_, orthographic_view(4, 3), depth, grid, {}, 2); }),
+            "ssm: the depth map has 11 values but the grid 4 x 3 samples");
 }
 
 // Spheres on two layers, 20 and 40 radii away, seen by a camera that shows one radius as `pixels`,

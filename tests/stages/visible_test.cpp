@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "stages/behind.hpp"
+#include "stages/orthographic_view.hpp"
 #include "stages/stage_test_support.hpp"
 #include "verify/reference/visible.hpp"
 #include "verify/references/cases.hpp"
@@ -229,13 +230,7 @@ Projected lattice(const View& view, double depth, double shift, Projected p = {}
   return p;
 }
 
-View lattice_view() {
-  Camera camera;
-  camera.width = camera.height = 128;
-  camera.view = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-  camera.projection = {0.125, 0, 0, 0, 0, 0.125, 0, 0, 0, 0, -0.01, -1, 0, 0, 0, 1};
-  return make_view(camera, 1, {0, 0, 0});
-}
+View lattice_view() { return orthographic_view(128, 128, {0.125, 0.125, -0.01}); }
 
 TEST_P(Visibility, ALayerHidesTheOneBehindIt) {
   const View view = lattice_view();

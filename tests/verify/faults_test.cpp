@@ -11,6 +11,7 @@
 
 #include "device/device.hpp"
 #include "io/temporary_folder.hpp"
+#include "thrown.hpp"
 #include "verify/record.hpp"
 #include "verify/repro.hpp"
 #include "verify/run.hpp"
@@ -248,13 +249,10 @@ TEST(Recording, RefusesWhatIsFarFromDoublePrecision) {
   device.state().kernel_text = [&](const std::string& file, const std::string& text) {
     return file == fault.file ? with_fault(fault, text) : text;
   };
-  try {
-    record_canonical(device, [](const std::string&) {});
-    FAIL() << "a wrong sign was recorded";
-  } catch (const InvalidArgument& error) {
-    EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr("of splat_depth is"),
-                                             testing::HasSubstr("off double precision")));
-  }
+  EXPECT_THAT(
+      text_of_thrown<InvalidArgument>([&] { record_canonical(device, [](const std::string&) {}); }),
+      testing::AllOf(testing::HasSubstr("of splat_depth is"),
+                     testing::HasSubstr("off double precision")));
 }
 
 }  // namespace

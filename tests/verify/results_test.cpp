@@ -8,6 +8,7 @@
 
 #include "cost.hpp"
 #include "meniscus/error.hpp"
+#include "thrown.hpp"
 #include "verify/page.hpp"
 
 namespace meniscus::verify {
@@ -92,12 +93,9 @@ TEST(VerifyRun, PlacesOfDevicesAreWholeNumbers) {
     const std::string key = "\"index\":";
     const std::size_t at = text.rfind(key) + key.size();
     text.replace(at, text.find_first_of(",}", at) - at, index);
-    try {
-      run_from_json(text, "a.json");
-      FAIL() << index;
-    } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr("must be that of a device")) << index;
-    }
+    EXPECT_THAT(text_of_thrown<InputError>([&] { run_from_json(text, "a.json"); }),
+                HasSubstr("must be that of a device"))
+        << index;
   }
 }
 
@@ -356,12 +354,8 @@ TEST(VerifyRun, APageOfMadeUpKernelsHasAnEnd) {
 TEST(VerifyRun, OfTooManyDevicesIsRefused) {
   VerifyRun run = two_devices();
   run.devices.resize(65, run.devices[0]);
-  try {
-    run_from_json(to_json(run), "a.json");
-    FAIL() << "65 devices were read";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), AllOf(StartsWith("a.json: "), HasSubstr("65 devices, at most 64")));
-  }
+  EXPECT_THAT(text_of_thrown<InputError>([&] { run_from_json(to_json(run), "a.json"); }),
+              AllOf(StartsWith("a.json: "), HasSubstr("65 devices, at most 64")));
 }
 
 TEST(VerifyRun, NamesOfDevicesHaveAnEndAndSteerNoTerminal) {
