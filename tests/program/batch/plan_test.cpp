@@ -201,9 +201,9 @@ TEST_F(PlanTest, TracksAreAListAPatternOrOneCamera) {
            {"large.json", "[" + camera("\"frame\":18446744073709551615,", 64) + "]",
             "camera 0: frame is 18446744073709551615, must be a whole number from 0 to "},
            {"number.json", "[1]", "camera 0: has no key \"frame\""}}) {
-    std::ofstream(path(name)) << text;
-    const std::string said =
-        text_of_thrown<InputError>([&] { const CameraTrack track(path(name)); });
+    const std::string file = path(name);
+    std::ofstream(file) << text;
+    const std::string said = text_of_thrown<InputError>([&] { const CameraTrack track(file); });
     EXPECT_THAT(said, HasSubstr(wanted));
     EXPECT_THAT(said, HasSubstr(name));
   }
