@@ -20,8 +20,11 @@ constexpr std::size_t kNarrow = 96;        // terminals below it have the short 
 
 }  // namespace
 
-BatchProgress::BatchProgress(std::size_t frames, bool quiet)
-    : frames_(frames), quiet_(quiet), bar_(!quiet && isatty(STDERR_FILENO) == 1) {
+BatchProgress::BatchProgress(std::size_t frames, std::size_t at_once, bool quiet)
+    : frames_(frames),
+      quiet_(quiet),
+      bar_(!quiet && isatty(STDERR_FILENO) == 1),
+      pace_(begin_, at_once) {
   if (bar_) draw();
 }
 
@@ -53,8 +56,11 @@ void BatchProgress::over(const FrameRecord& record) {
     print_line(stderr, printed("meniscus: error: frame %lld: %s", frame, record.error.c_str()));
   }
   const std::array<double, 3> ms{record.read_ms, record.extract_ms, record.write_ms};
-  if (record.status != FrameStatus::skipped) {
-    ++worked_;
+  if (record.status == FrameStatus::skipped) {
+    pace_.begin(Clock::now());
+  } else {
+    pace_.begin(built_);
+    pace_.ended(Clock::now());
     for (std::size_t k = 0; k < ms.size(); ++k) ms_[k] += ms[k];
   }
   if (!quiet_ && !bar_ && record.status == FrameStatus::done)
@@ -74,8 +80,7 @@ void BatchProgress::draw() {
   const std::size_t width = columns() < kNarrow ? kShortBar : kLongBar;
   const std::size_t room = columns() - width - std::string("[] ").size() - 1;
   const double all_ms = ms_[0] + ms_[1] + ms_[2];
-  if (worked_ > 0 && all_ms > 0) {
-    const double per_second = static_cast<double>(worked_) / seconds();
+  if (const double per_second = pace_.frames_per_second(); per_second > 0 && all_ms > 0) {
     for (const std::string& more :
          {", " + frame_rate(per_second) + ", " +
               duration(static_cast<double>(frames_ - over_) / per_second) + " left",

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cstddef>
 
+#include "program/batch/pace.hpp"
 #include "program/batch/record.hpp"
 #include "program/batch/warnings.hpp"
 
@@ -15,10 +17,14 @@ namespace meniscus::cli {
 /// cases; at the end, the frames that share one are named. Standard error.
 class BatchProgress {
  public:
-  BatchProgress(std::size_t frames, bool quiet);
+  /// at_once  frames that are under way at the same time
+  BatchProgress(std::size_t frames, std::size_t at_once, bool quiet);
   ~BatchProgress();  // removes the bar
   BatchProgress(const BatchProgress&) = delete;
   BatchProgress& operator=(const BatchProgress&) = delete;
+
+  /// A kernel is being built, which is no part of the frames' time. From any thread.
+  void building() { built_ = Clock::now(); }
 
   /// A frame is over.
   void over(const FrameRecord& record);
@@ -31,11 +37,13 @@ class BatchProgress {
   void draw();
   void clear();
 
-  std::size_t frames_, over_ = 0, worked_ = 0;  // all; over; of these, not skipped
+  std::size_t frames_, over_ = 0;  // all; over
   FrameWarnings warnings_;
   std::array<double, 3> ms_{};  // spent reading, extracting, writing
   bool quiet_, bar_;
   Clock::time_point begin_ = Clock::now(), next_ = begin_;
+  std::atomic<Clock::time_point> built_ = begin_;  // when a kernel's building last began
+  Pace pace_;
 };
 
 }  // namespace meniscus::cli

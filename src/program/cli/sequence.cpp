@@ -142,11 +142,16 @@ class Tally {
 BatchOutcome extract_all(const Plan& plan, const CameraTrack& cameras, BatchSettings settings,
                          const ExtractOptions& options, bool framed, const GentleStop& stop,
                          Tally& tally, double& seconds) {
-  BatchProgress progress(plan.jobs.size(), options.quiet);
+  const std::size_t at_once =
+      settings.devices.size() * static_cast<std::size_t>(settings.in_flight);
+  BatchProgress progress(plan.jobs.size(), at_once, options.quiet);
   Device first(settings.devices.front());
   const std::vector<ProgramName> programs = programs_of(settings.parameters, first.state());
   Working working(programs.size(), options.quiet);
-  settings.on_building = [&](int begun) { working.building(begun); };
+  settings.on_building = [&](int begun) {
+    progress.building();
+    working.building(begun);
+  };
   const BuildAhead ahead(first, programs);
   const auto over = [&](FrameRecord record) {
     working.built();  // the line is the batch's from now on
