@@ -13,6 +13,7 @@
 #include "accuracy/ray_cast.hpp"
 #include "accuracy/real.hpp"
 #include "base/elapsed.hpp"
+#include "enclosing_camera.hpp"
 #include "meniscus/device.hpp"
 
 namespace meniscus::accuracy {
@@ -103,7 +104,7 @@ Camera camera_for(const RealOptions& options, const std::string& path, const Par
   }
   const fs::path beside = fs::path(path).parent_path() / "camera.json";
   if (fs::exists(beside)) return read_camera(beside.string());
-  return frame_particles(particles, options.width, options.height);
+  return enclosing_camera(particles, options.width, options.height);
 }
 
 Frame read_frame(const RealOptions& options, const std::string& path) {

@@ -1,5 +1,6 @@
 #include "frame/input.hpp"
 
+#include "enclosing_camera.hpp"
 #include "io/readers.hpp"
 #include "meniscus/camera.hpp"
 #include "meniscus/io.hpp"
@@ -39,7 +40,7 @@ FrameInput synthetic_frame(std::int64_t particles, int width, int height) {
   frame.particles = dam.particles();
   frame.name = "synthetic";
   frame.count = dam.size();
-  frame.camera = frame_particles(frame.particles, width, height);
+  frame.camera = enclosing_camera(frame.particles, width, height);
   return frame;
 }
 

@@ -19,11 +19,12 @@ namespace meniscus MENISCUS_API {
 Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& target,
                const std::array<double, 3>& up, double fov_degrees, int width, int height);
 
-/// A perspective camera that shows all finite particles, with their radius where they have one,
-/// from above and to the side; of a hundred and more not those that a simulation threw away,
-/// farther from the middle than 20 times what 98 % of them (or of a sample) reach. An empty set
-/// gets a camera at (0, 0, 1) that looks at the origin. Throws InvalidArgument for a size below 1
-/// or particles that check() refuses.
+/// A perspective camera that shows all finite particles with their radius (guessed from their
+/// number where none is known), from above and to the side: the box around them fills 92 % of the
+/// image's width or height. Of a hundred and more not those that a simulation threw away, farther
+/// from the middle than 20 times what 98 % of them (or of a sample) reach. An empty set gets a
+/// camera at (0, 0, 1) that looks at the origin. Throws InvalidArgument for a size below 1 or
+/// particles that check() refuses.
 Camera frame_particles(const Particles& particles, int width = 1024, int height = 768);
 Camera frame_particles(const BorrowedParticles& particles, int width = 1024, int height = 768);
 /// The same. Throws also InputError when the source cannot be read.

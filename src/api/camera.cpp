@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "api/framing.hpp"
+#include "base/exact_math.hpp"
 #include "base/printed.hpp"
 #include "meniscus/error.hpp"
 #include "prepare/survey.hpp"
@@ -136,20 +137,87 @@ struct Extent {
   double particle = 0;  // radius, world units; 0: unknown
 };
 
-// Shows the bounds, in which particles of radius `particle` (0: unknown) lie.
+Vec3d vector_of(const std::array<float, 3>& p) { return {p[0], p[1], p[2]}; }
+
+// About the radius of `count` particles that fill the bounds: they lie s apart where a box that is
+// larger by s has room for them. Larger than it is where they fill a part of the bounds alone.
+double guessed_radius(const Bounds& bounds, std::int64_t count) {
+  constexpr int kSteps =
+      40;  // a third of the error goes in each at least, of sheets and lines, too
+  const Vec3d sides = vector_of(bounds.high) - vector_of(bounds.low);
+  double spacing = std::max({sides.x, sides.y, sides.z});
+  for (int k = 0; k < kSteps; ++k)
+    spacing = cube_root((sides.x + spacing) * (sides.y + spacing) * (sides.z + spacing) /
+                        static_cast<double>(count));
+  return spacing / 2;
+}
+
+// A sphere seen along one axis of the image: where its centre is across, and how deep.
+struct Across {
+  double at, deep;
+};
+
+// How deep an eye may lie at most, so that spheres of `radius` are between two planes through it
+// whose slopes are -slope and slope: for each, at + deep * slope >= radius' + eye + eye_deep *
+// slope and at - deep * slope <= -radius' + eye - eye_deep * slope, where radius' is along the
+// axis.
+double deepest_eye(const std::array<Across, 8>& spheres, double radius, double slope) {
+  double least = DBL_MAX, most = -DBL_MAX;
+  for (const Across& sphere : spheres) {
+    least = std::min(least, sphere.at + sphere.deep * slope);
+    most = std::max(most, sphere.at - sphere.deep * slope);
+  }
+  return (least - most) / (2 * slope) - radius * std::sqrt(1 + slope * slope) / slope;
+}
+
+// Where across an eye sees as much to both sides: of all pairs the one that is farthest apart
+// tells.
+double middle_of(const std::array<Across, 8>& spheres, double radius, double eye_deep) {
+  double farthest = -1, middle = 0;
+  for (const Across& a : spheres)
+    for (const Across& b : spheres) {
+      const double deep_a = a.deep - eye_deep, deep_b = b.deep - eye_deep;
+      const double apart = (a.at - b.at + 2 * radius) / (deep_a + deep_b);
+      if (apart <= farthest) continue;
+      farthest = apart;
+      middle = ((a.at + radius) * deep_b + (b.at - radius) * deep_a) / (deep_a + deep_b);
+    }
+  return middle;
+}
+
+// Shows the bounds, in which particles of radius `particle` (0: unknown) lie, as large as the image
+// allows and in its middle.
 Camera frame_bounds(const Bounds& bounds, double particle, const Framing& framing) {
-  const Vec3d low{bounds.low[0], bounds.low[1], bounds.low[2]};
-  const Vec3d high{bounds.high[0], bounds.high[1], bounds.high[2]};
-  const Vec3d centre = (low + high) / 2;
+  constexpr double kFilled = 0.92;      // of the image's width or height
+  constexpr double kNearest = 1.0 / 9;  // of half the depth of what is shown: beyond the near plane
+  const Vec3d low = vector_of(bounds.low), high = vector_of(bounds.high);
+  const Vec3d centre = (low + high) / 2, half = (high - low) / 2;
   // Particles have a size; where nothing tells it, 1 is what extract() assumes of a single point.
   if (low == high && !(particle > 0)) particle = 1;
-  const double radius = std::max(length(high - low) / 2 + particle, length(centre) * 1e-6);
-  // The sphere around the box must fit the narrower field of view.
-  const double half_v = framing.fov * std::numbers::pi / 360;
-  const double half_h = std::atan(std::tan(half_v) * framing.width / framing.height);
-  const double distance = 1.05 * radius / std::sin(std::min(half_v, half_h));
-  const Vec3d eye = centre + from_where(framing.up) * distance;
-  return look_at({eye.x, eye.y, eye.z}, {centre.x, centre.y, centre.z}, framing.up, framing.fov,
+  const double radius = std::max(particle, length(centre) * 1e-6);
+  const Vec3d forward = -from_where(framing.up);
+  const Vec3d side = normalized(cross(forward, {framing.up[0], framing.up[1], framing.up[2]}));
+  const Vec3d top = cross(side, forward);
+  std::array<Across, 8> wide, high_up;  // of the box's corners, from its centre
+  double nearest = 0;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const Vec3d corner{k & 1 ? half.x : -half.x, k & 2 ? half.y : -half.y,
+                       k & 4 ? half.z : -half.z};
+    const double deep = dot(corner, forward);
+    wide[k] = {dot(corner, side), deep};
+    high_up[k] = {dot(corner, top), deep};
+    nearest = std::min(nearest, deep);
+  }
+  const double steep = kFilled * std::tan(framing.fov * std::numbers::pi / 360);
+  const double flat = steep * framing.width / framing.height;
+  const double deep =
+      std::min({deepest_eye(wide, radius, flat), deepest_eye(high_up, radius, steep),
+                (nearest - radius) * (1 + kNearest)});
+  const auto length_across = [&](double slope) { return radius * std::sqrt(1 + slope * slope); };
+  const Vec3d target = centre + side * middle_of(wide, length_across(flat), deep) +
+                       top * middle_of(high_up, length_across(steep), deep);
+  const Vec3d eye = target + forward * deep;
+  return look_at({eye.x, eye.y, eye.z}, {target.x, target.y, target.z}, framing.up, framing.fov,
                  framing.width, framing.height);
 }
 
@@ -170,6 +238,13 @@ void check(const Framing& framing) {
           "camera: up must be three finite numbers, not all 0");
 }
 
+// Of `count` particles in the bounds `all`, of which there is a sample.
+Extent extent_of(const Bounds& all, std::vector<std::array<float, 3>> sample, double particle,
+                 std::int64_t count) {
+  const Bounds bounds = without_strays(all, std::move(sample));
+  return {bounds, particle > 0 ? particle : guessed_radius(bounds, count)};
+}
+
 Extent extent_of(const BorrowedParticles& particles) {
   check(particles);
   Bounds bounds = kNoBounds;
@@ -181,20 +256,22 @@ Extent extent_of(const BorrowedParticles& particles) {
     finite.push_back(p);
   }
   if (finite.empty()) return {};
+  const auto count = static_cast<std::int64_t>(finite.size());
   double particle = particles.particle_radius;
   for (std::size_t i = 0; i < particles.radius.size(); ++i) {
     const float own = particles.radius[i];
     if (std::isfinite(own)) particle = std::max(particle, static_cast<double>(own));
   }
-  return {without_strays(bounds, std::move(finite)), particle};
+  return extent_of(bounds, std::move(finite), particle, count);
 }
 
 Extent extent_of(const ParticleSource& source) {
   if (const BorrowedParticles* all = source.in_memory()) return extent_of(*all);
   const Survey& survey = survey_of(source);
   if (survey.finite == 0) return {};
-  return {without_strays({survey.low, survey.high}, survey.sample),
-          std::max(source.particle_radius(), double{survey.largest_radius})};
+  return extent_of({survey.low, survey.high}, survey.sample,
+                   std::max(source.particle_radius(), double{survey.largest_radius}),
+                   survey.finite);
 }
 
 Camera frame_extents(const std::vector<Extent>& extents, const Framing& framing) {

@@ -133,15 +133,6 @@ TEST(FrameParticles, ShowsEveryParticle) {
   }
 }
 
-// A cube of particles from 0 to 9, and another one.
-Particles cube_and(float x) {
-  Particles particles;
-  particles.particle_radius = 0.5;
-  for (int k = 0; k < 1000; ++k) add_position(particles, Vec3d(k % 10, k / 10 % 10, k / 100));
-  add_position(particles, {x, 4, 4});
-  return particles;
-}
-
 // Particles that are looked at as those of a large file.
 class Surveyed : public ParticleSource {
  public:
@@ -160,6 +151,89 @@ class Surveyed : public ParticleSource {
  private:
   Particles particles_;
 };
+
+// Where the spheres of particles are in an image, in shares of its half width and height: -1 to 1.
+struct Reach {
+  double left = 9, right = -9, top = 9, bottom = -9;
+};
+
+Reach reach_of(const Particles& particles, double radius, const Camera& camera) {
+  const View view = make_view(camera, radius, {0, 0, 0});
+  Reach reach;
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    const Vec3d eye = eye_from_world(view, {particles.x[i], particles.y[i], particles.z[i]});
+    const PixelPosition at = project(view, eye);
+    const double ku = view.u_scale / at.w, kv = view.v_scale / at.w;  // a radius in pixels
+    reach.left = std::min(reach.left, 2 * (at.u - ku) / camera.width - 1);
+    reach.right = std::max(reach.right, 2 * (at.u + ku) / camera.width - 1);
+    reach.top = std::min(reach.top, 2 * (at.v - kv) / camera.height - 1);
+    reach.bottom = std::max(reach.bottom, 2 * (at.v + kv) / camera.height - 1);
+  }
+  return reach;
+}
+
+// A block of particles on a lattice of spacing 1.
+Particles block_of(int nx, int ny, int nz) {
+  Particles particles;
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i) {
+        particles.x.push_back(static_cast<float>(i));
+        particles.y.push_back(static_cast<float>(j));
+        particles.z.push_back(static_cast<float>(k));
+      }
+  return particles;
+}
+
+// Along the axis that limits it, planes that touch the outermost spheres are at 92 % of the image.
+// A sphere's radius is taken parallel to the image here, which is less than its outline by a factor
+// of sqrt(1 + slope^2), below 1.6 for these images: less than a hundredth of half an image.
+TEST(FrameParticles, FillsTheImageAndIsInItsMiddle) {
+  Particles particles = block_of(100, 60, 150);
+  particles.particle_radius = 0.5;
+  for (const auto& [width, height] : {std::pair{640, 480}, {480, 640}, {1920, 400}}) {
+    const Reach reach = reach_of(particles, 0.5, frame_particles(particles, width, height));
+    const double wide = std::max(-reach.left, reach.right),
+                 high = std::max(-reach.top, reach.bottom);
+    EXPECT_NEAR(std::max(wide, high), 0.92, 0.01) << width;
+    EXPECT_LE(std::max(wide, high), 0.92) << width;
+    EXPECT_NEAR(reach.left, -reach.right, 0.02) << width;
+    EXPECT_NEAR(reach.top, -reach.bottom, 0.02) << width;
+  }
+}
+
+// The file states no radius, as most do: no drop at the border is cut.
+TEST(FrameParticles, GuessesARadiusThatIsNotKnown) {
+  for (const Particles& particles :
+       {block_of(10, 10, 10), block_of(3, 3, 3), block_of(30, 1, 30), block_of(100, 1, 1)}) {
+    const Reach reach = reach_of(particles, 0.5, frame_particles(particles, 640, 480));
+    EXPECT_GT(std::min(reach.left, reach.top), -0.921) << particles.size();
+    EXPECT_LT(std::max(reach.right, reach.bottom), 0.921) << particles.size();
+  }
+}
+
+TEST(FrameParticles, StaysBeyondTheNearPlaneOfWideViews) {
+  Particles particles = block_of(1, 1, 1000);
+  particles.particle_radius = 0.01;
+  const Surveyed source(particles);
+  for (const double fov : {1.0, 40.0, 120.0, 179.0}) {
+    const Camera camera = frame_sources({&source}, {{0, 1, 0}, fov, 640, 480});
+    const View view = make_view(camera, 0.01, {0, 0, 0});
+    for (std::size_t i = 0; i < particles.size(); ++i)
+      ASSERT_GT(-eye_from_world(view, {particles.x[i], particles.y[i], particles.z[i]}).z,
+                view.near_depth + 1)
+          << fov;
+  }
+}
+
+// A cube of particles from 0 to 9, and another one.
+Particles cube_and(float x) {
+  Particles particles;
+  particles.particle_radius = 0.5;
+  for (int k = 0; k < 1000; ++k) add_position(particles, Vec3d(k % 10, k / 10 % 10, k / 100));
+  add_position(particles, {x, 4, 4});
+  return particles;
+}
 
 TEST(FrameParticles, LeavesOutWhatWasThrownAway) {
   const Camera cube = frame_particles(cube_and(4), 64, 48);
