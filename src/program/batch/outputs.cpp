@@ -16,6 +16,26 @@ namespace fs = std::filesystem;
 
 namespace {
 
+bool has_known_ending(const std::string& path) {
+  const std::string ending = lower_case(fs::path(path).extension().string());
+  return ending == ".exr" || ending == ".png" || is_mesh_ending(ending);
+}
+
+// Refuses "a.png,b.exr", which nobody wants as the name of one file.
+void refuse_list(const std::string& path) {
+  std::string each;
+  std::size_t names = 0;
+  for (std::size_t from = 0, to = 0; to != std::string::npos; from = to + 1, ++names) {
+    to = path.find(',', from);
+    const std::string name = path.substr(from, to == std::string::npos ? to : to - from);
+    if (!has_known_ending(name)) return;
+    each += (each.empty() ? "-o " : " -o ") + name;
+  }
+  if (names > 1)
+    throw InvalidArgument("output " + path +
+                          ": is a list, give each file an -o of its own: " + each);
+}
+
 // A file's one name, whether it is there or not.
 fs::path canonical(const std::string& path) {
   std::error_code error;
@@ -40,6 +60,7 @@ void refuse_scene(const std::string& path) {
 }
 
 OutputKind kind_of(const std::string& path) {
+  refuse_list(path);
   const fs::path lower = lower_case(path);
   const std::string ending = lower.extension().string();
   if (ending == ".exr")

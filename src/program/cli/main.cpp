@@ -85,19 +85,23 @@ std::string misuse(const CLI::App& program, const std::vector<std::string>& type
   const std::string see = "see " + meniscus::cli::spelled(command) + " --help)";
   if (const std::string what = meniscus::cli::unknown_word(program, typed); !what.empty())
     return what + " (" + see;
-  // A shell puts all frames in the place of a * without quotes.
   const std::string name = command.get_name();
-  if (dynamic_cast<const CLI::ExtrasError*>(&error) && (name == "extract" || name == "mesh")) {
-    const auto unknown = program.remaining(true);
+  const bool makes_surface = name == "extract" || name == "mesh";
+  const bool lacks = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
+  const std::vector<std::string> unknown = program.remaining(true);
+  // A shell puts all frames in the place of a * without quotes; and who forgets -o has two names.
+  if (makes_surface && (lacks || dynamic_cast<const CLI::ExtrasError*>(&error)) && !unknown.empty())
     return "wanted one INPUT, found " + std::to_string(unknown.size()) + " more, e.g. " +
            unknown.front() +
            " (each output wants an -o before it; of a sequence give one name in quotes, e.g. "
            "'dam.####.ply'; " +
            see;
-  }
   if (&command == &program)
     return "no command is given, e.g. meniscus extract FILE -o surface.png (" + see;
-  return in_own_words(error) + " (" + see;
+  const std::string words = in_own_words(error);
+  if (makes_surface && words == "--output is required")
+    return words + ", e.g. -o surface." + (name == "mesh" ? "ply (" : "png (") + see;
+  return words + " (" + see;
 }
 
 /// The end of work that succeeded here; other processes may have failed.

@@ -77,14 +77,16 @@ void warn_of_cameras(const Plan& plan, const CameraTrack& cameras, const Extract
 }
 
 // Whether more than a few drops are outside the image. Of frames that stream it is not counted.
-bool leaves_image(const FrameRecord& record) {
+// Where nothing is in view a warning has said so, which is enough of a camera that was `given`.
+bool leaves_image(const FrameRecord& record, bool given) {
   const auto counted = [&](const char* what) {
     for (const auto& [name, count] : record.counts)
       if (name == what) return count;
     return std::int64_t{0};
   };
   const std::int64_t all = counted("particles");
-  return all < kStreamed && counted("in view") < all - all / 20;
+  const std::int64_t in_view = counted("in view");
+  return all < kStreamed && in_view < all - all / 20 && !(given && in_view == 0);
 }
 
 // What is kept of the frames that are over: for the log, for the page, and for the last words.
@@ -155,7 +157,7 @@ BatchOutcome extract_all(const Plan& plan, const CameraTrack& cameras, BatchSett
   const BuildAhead ahead(first, programs);
   const auto over = [&](FrameRecord record) {
     working.built();  // the line is the batch's from now on
-    if (!options.closed && leaves_image(record))
+    if (!options.closed && leaves_image(record, !framed))
       record.warnings.push_back(
           std::string("more than 5 % of the particles are outside the image") +
           (framed ? ", whose camera was framed around the first, middle and last frame (give "

@@ -16,14 +16,28 @@ std::vector<const CLI::App*> commands_of(const CLI::App& program) {
   return program.get_subcommands([](const CLI::App*) { return true; });
 }
 
-// ", which is of meniscus extract and meniscus bench", of an option that only other commands have.
+// ", which is of meniscus extract, bench and verify", of an option that only other commands have.
 std::string others_with(const CLI::App& program, const std::string& option) {
-  std::string others;
+  std::vector<std::string> names;
   for (const CLI::App* command : commands_of(program))
-    if (command->get_option_no_throw(option))
-      others +=
-          (others.empty() ? ", which is of meniscus " : " and meniscus ") + command->get_name();
+    if (command->get_option_no_throw(option)) names.push_back(command->get_name());
+  std::string others;
+  for (std::size_t k = 0; k < names.size(); ++k)
+    others += (k == 0                 ? ", which is of meniscus "
+               : k + 1 < names.size() ? ", "
+                                      : " and ") +
+              names[k];
   return others;
+}
+
+// The shortest name with the same last word, such as --particle-radius for --radius.
+std::string name_that_ends_as(const std::string& option, const std::vector<std::string>& names) {
+  std::string best;
+  for (const std::string& name : names)
+    if (option.starts_with("--") && option.size() > 3 && name.ends_with(option.substr(1)) &&
+        (best.empty() || name.size() < best.size()))
+      best = name;
+  return best;
 }
 
 std::string unknown_command(const CLI::App& parent, const std::string& word) {
@@ -79,7 +93,8 @@ std::string unknown_word(const CLI::App& program, const std::vector<std::string>
       std::vector<std::string> names;
       for (const CLI::Option* option : command.get_options())
         for (const std::string& known : option->get_lnames()) names.push_back("--" + known);
-      return line + question(nearest_name(name, names));
+      const std::string nearest = nearest_name(name, names);
+      return line + question(nearest.empty() ? name_that_ends_as(name, names) : nearest);
     }
     if (!commands_of(command).empty()) return unknown_command(command, word);
   }
