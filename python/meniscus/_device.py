@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+import inspect
 import os
 import threading
 import warnings as _warnings
@@ -97,9 +99,20 @@ def _number(name: str, value: Any) -> float:
         raise InvalidArgument(f"{name} is {value!r}, must be a number") from None
 
 
-def _set(bare: _core.Parameters, parameters: Mapping[str, float]) -> None:
+def _set(bare: _core.Parameters, parameters: Mapping[str, float], call: Callable[..., object]) -> None:
     for name, value in parameters.items():
+        if name not in _KNOWN and (meant := _argument_like(name, call)):
+            raise InvalidArgument(f"there is no parameter {name}, did you mean {meant}?")
         bare.set(name.replace("_", "-"), _number(name, value) if name in _KNOWN else 0)
+
+
+def _argument_like(name: str, call: Callable[..., object]) -> str | None:
+    """The argument of `call` itself that is nearly called `name`, or whose last word it is."""
+    known = [each.name for each in inspect.signature(call).parameters.values()
+             if each.kind is each.KEYWORD_ONLY]
+    meant = (difflib.get_close_matches(name, known, 1, .75)
+             or [each for each in known if each.endswith("_" + name)])
+    return meant[0] if meant else None
 
 
 def extract(points: ArrayLike | Particles, camera: Camera, *,
@@ -174,7 +187,7 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
         raise InvalidArgument(f"layers is {layers!r}, must be a whole number, 0 to 8")
     bare.layers = int(layers)
     bare.particle_radius = _number("particle_radius", particle_radius)
-    _set(bare, parameters)
+    _set(bare, parameters, extract)
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
     made = _core.extract(_opened(device), frame, camera._bare(), bare, memory,
                          timings, progress)
@@ -231,7 +244,7 @@ def extract_closed(points: ArrayLike | Particles, *, cell: float = 1, adaptive: 
     bare = _core.Parameters()
     bare.motion, bare.strict = motion, strict
     bare.particle_radius = _number("particle_radius", particle_radius)
-    _set(bare, parameters)
+    _set(bare, parameters, extract_closed)
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
     made = _core.extract_closed(_opened(device), frame, _number("cell", cell),
                                 _number("adaptive", adaptive), int(memory), bare, progress)

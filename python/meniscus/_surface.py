@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -179,8 +180,18 @@ class Surface:
         raise AttributeError(f"Surface has no attribute {name}")
 
     def __repr__(self) -> str:
-        return (f"<meniscus.Surface: {self.camera.width}x{self.camera.height}, "
-                f"{self.counts.get('pixels', 0)} pixels, {len(self.mesh.triangles)} triangles>")
+        pixels = 0 if self.depth is None else np.count_nonzero(np.isfinite(self.depth))
+        return (f"<meniscus.Surface: {self.camera.width}x{self.camera.height}, {pixels} pixels, "
+                f"{len(self.mesh.triangles)} triangles>")
+
+    def _repr_png_(self) -> bytes | None:
+        """The lit picture, which notebooks show."""
+        if self.depth is None:
+            return None
+        with TemporaryDirectory() as folder:
+            path = Path(folder) / "surface.png"
+            self.write(path)
+            return path.read_bytes()
 
     @property
     def warnings(self) -> list[str]:

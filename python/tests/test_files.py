@@ -153,6 +153,15 @@ def test_a_frame_is_the_same_from_a_file_an_array_and_the_program(dam, tmp_path)
     read = meniscus.read_exr(tmp_path / "python.exr")
     assert np.array_equal(read.depth, surface.depth) and read.camera == camera
     assert np.array_equal(read.normal, surface.normal)
+    pixels = np.isfinite(surface.depth).sum()
+    assert f"{pixels} pixels" in repr(surface) and f"{pixels} pixels" in repr(read)
+
+
+def test_a_notebook_shows_the_picture(points, camera, tmp_path):
+    surface = meniscus.extract(points, camera, particle_radius=.025)
+    surface.write(tmp_path / "s.png")
+    assert surface._repr_png_() == (tmp_path / "s.png").read_bytes()
+    assert meniscus.extract(points, camera, particle_radius=.025, image=False)._repr_png_() is None
 
 
 def test_what_cannot_be_written_is_said(points, camera, tmp_path):
