@@ -88,7 +88,8 @@ std::string misuse(const CLI::App& program, const std::vector<std::string>& type
   const std::string name = command.get_name();
   const bool makes_surface = name == "extract" || name == "mesh";
   const bool lacks = dynamic_cast<const CLI::RequiredError*>(&error) != nullptr;
-  const std::vector<std::string> unknown = program.remaining(true);
+  std::vector<std::string> unknown = program.remaining(true);
+  unknown.erase(std::remove(unknown.begin(), unknown.end(), "--"), unknown.end());
   // A shell puts all frames in the place of a * without quotes; and who forgets -o has two names.
   if (makes_surface && (lacks || dynamic_cast<const CLI::ExtrasError*>(&error)) && !unknown.empty())
     return "wanted one INPUT, found " + std::to_string(unknown.size()) + " more, e.g. " +

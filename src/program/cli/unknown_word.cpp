@@ -30,14 +30,12 @@ std::string others_with(const CLI::App& program, const std::string& option) {
   return others;
 }
 
-// The shortest name with the same last word, such as --particle-radius for --radius.
+// The first name with the same last word: --particle-radius for --radius.
 std::string name_that_ends_as(const std::string& option, const std::vector<std::string>& names) {
-  std::string best;
-  for (const std::string& name : names)
-    if (option.starts_with("--") && option.size() > 3 && name.ends_with(option.substr(1)) &&
-        (best.empty() || name.size() < best.size()))
-      best = name;
-  return best;
+  const auto found = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
+    return option.starts_with("--") && name.ends_with(option.substr(1));
+  });
+  return found != names.end() ? *found : "";
 }
 
 std::string unknown_command(const CLI::App& parent, const std::string& word) {
