@@ -67,8 +67,13 @@ void BatchProgress::over(const FrameRecord& record) {
     print_line(stderr,
                printed("frame %lld done (%zu of %zu): %.0f ms read, %.0f extract, %.0f write",
                        frame, over_, frames_, ms[0], ms[1], ms[2]) +
+                   (over_ < frames_ && pace_.frames_per_second() > 0 ? "; " + left() : "") +
                    (record.again.empty() ? "" : "; again, since " + record.again));
   if (bar_ && (over_ == frames_ || Clock::now() >= next_)) draw();
+}
+
+std::string BatchProgress::left() const {
+  return duration(static_cast<double>(frames_ - over_) / pace_.frames_per_second()) + " left";
 }
 
 void BatchProgress::draw() {
@@ -82,8 +87,7 @@ void BatchProgress::draw() {
   const double all_ms = ms_[0] + ms_[1] + ms_[2];
   if (const double per_second = pace_.frames_per_second(); per_second > 0 && all_ms > 0) {
     for (const std::string& more :
-         {", " + frame_rate(per_second) + ", " +
-              duration(static_cast<double>(frames_ - over_) / per_second) + " left",
+         {", " + frame_rate(per_second) + ", " + left(),
           printed("; read %.0f, extract %.0f, write %.0f %%", 100 * ms_[0] / all_ms,
                   100 * ms_[1] / all_ms, 100 * ms_[2] / all_ms)})
       if (words.size() + more.size() <= room) words += more;

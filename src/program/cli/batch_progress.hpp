@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstddef>
+#include <string>
 
 #include "program/batch/pace.hpp"
 #include "program/batch/record.hpp"
@@ -13,8 +14,8 @@
 namespace meniscus::cli {
 
 /// On a terminal one line with a bar, the rate, the time left and what the time goes into; else a
-/// line for every frame. Failures and the first warning of each kind are lines of their own in both
-/// cases; at the end, the frames that share one are named. Standard error.
+/// line for every frame, with the time left. Failures and the first warning of each kind are lines
+/// of their own in both cases; at the end, the frames that share one are named. Standard error.
 class BatchProgress {
  public:
   /// at_once  frames that are under way at the same time
@@ -34,6 +35,7 @@ class BatchProgress {
  private:
   using Clock = std::chrono::steady_clock;
 
+  std::string left() const;  // "3:20 left", where the pace is known
   void draw();
   void clear();
 

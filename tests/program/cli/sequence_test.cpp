@@ -14,6 +14,7 @@ namespace meniscus::test {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::ContainsRegex;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::Not;
@@ -24,6 +25,8 @@ TEST_F(Sequence, ExtractsEveryFrameAsByItself) {
   EXPECT_EQ(outputs().size(), 12u);
   EXPECT_THAT(outcome.err, HasSubstr("4 frames 0-3"));
   EXPECT_THAT(outcome.err, HasSubstr("frame 3 done"));
+  EXPECT_THAT(outcome.err, ContainsRegex("done .3 of 4.: .* write; [0-9:]+( s)? left\n"));
+  EXPECT_THAT(outcome.err, ContainsRegex("done .4 of 4.: .* write\n"));  // none is left
   for (int frame = 0; frame < 4; ++frame) {
     ASSERT_EQ(run({"extract", name("d.", frame, ".ply"), "--size", "64x48", "--eye", "1,1,3",
                    "--target", "0,0,0", "-o", "single.exr"})
