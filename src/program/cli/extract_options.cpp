@@ -19,8 +19,15 @@ namespace {
 
 using Triple = ExtractOptions::Triple;
 
+// Three numbers; of --up also the name of an axis, as in many programs.
 Triple parse_triple(const std::string& name, const std::string& text) {
   Triple triple{};
+  const bool names_axis = name == "--up";
+  if (const std::size_t axis = std::string("xyzXYZ").find(text);
+      names_axis && text.size() == 1 && axis != std::string::npos) {
+    triple[axis % 3] = 1;
+    return triple;
+  }
   const char* at = text.data();
   const char* const end = at + text.size();
   for (int k = 0; k < 3; ++k) {
@@ -28,8 +35,8 @@ Triple parse_triple(const std::string& name, const std::string& text) {
     const bool last = k == 2;
     if (error != std::errc() || !std::isfinite(triple[k]) ||
         (last ? next != end : next == end || *next != ','))
-      throw usage_error(name + " is " + text + ", must be three numbers, e.g. " + name +
-                        " 1,2.5,3");
+      throw usage_error(name + " is " + text + ", must be " + (names_axis ? "x, y, z or " : "") +
+                        "three numbers, e.g. " + name + (names_axis ? " 0,0,1" : " 1,2.5,3"));
     at = next + 1;
   }
   return triple;
@@ -252,7 +259,8 @@ void add_camera_options(CLI::App& command, ExtractOptions& o) {
   CLI::Option* target = triple(
       "--target", [&o](const Triple& t) { o.target = t; }, "what it looks at");
   CLI::Option* up = triple(
-      "--up", [&o](const Triple& t) { o.up = t; }, "what is up (default 0,1,0)");
+      "--up", [&o](const Triple& t) { o.up = t; },
+      "what is up: x, y or z, or a direction (default y)");
   CLI::Option* fov = command.add_option("--fov", o.fov, "vertical field of view (default 40)");
   fov->type_name("DEGREES")->group(camera);
   CLI::Option* size = command.add_option_function<std::string>(

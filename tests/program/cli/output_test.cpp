@@ -95,6 +95,13 @@ TEST_F(ProgramOutput, WritesTheCameraThatItChose) {
             "--write-camera", "camera.json", "-o", "a.ply"});
   run_well({"extract", "in.ply", "--camera", "camera.json", "-o", "b.ply"});
   EXPECT_EQ(read("a.ply"), read("b.ply"));
+  for (const char* up : {"z", "Z"}) {
+    ASSERT_EQ(
+        run({"extract", "in.ply", "--size", "64x48", "--up", up, "--fov", "25", "-o", "b.ply"})
+            .exit_code,
+        0);
+    EXPECT_EQ(read("a.ply"), read("b.ply")) << up;
+  }
   expect_error(run({"extract", "in.ply", "--write-camera", "in.ply", "-o", "c.ply"}), 2,
                {"in.ply"});
 }

@@ -201,6 +201,8 @@ INSTANTIATE_TEST_SUITE_P(
         WrongUsage{"Alembic", {"mesh", "in.ply", "-o", "a.abc"}, {"a.ply", ".glb"}},
         WrongUsage{"StandardOutput", {"extract", "in.ply", "-o", "-"}, {"standard output"}},
         WrongUsage{"FovOfNoCamera", extract_with({"--fov", "200"}), {"field of view is 200"}},
+        WrongUsage{"UpOfNoAxis", extract_with({"--up", "xz"}), {"--up is xz, must be x, y, z or"}},
+        WrongUsage{"EyeIsNoAxis", extract_with({"--eye", "z"}), {"--eye is z, must be three num"}},
         WrongUsage{"UpOfNoCamera", extract_with({"--up", "0,0,0"}), {"up must be"}},
         WrongUsage{"SecondInput",
                    extract_with({"b.ply", "c.ply"}),
