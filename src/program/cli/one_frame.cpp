@@ -70,7 +70,7 @@ void say_particles(const Talk& say, const ExtractOptions& options,
 void say_surface(const Talk& say, const ExtractOptions& options, const ParticleSource& particles,
                  const Surface& surface) {
   for (const Notice& notice : surface.notices) warn(options.input + ": " + words_of(notice));
-  say("radius", radius_line(options, particles, surface.particle_radius));
+  if (particles.size() > 0) say("radius", radius_line(options, particles, surface.particle_radius));
   if (surface.disorder > 0) say("disorder", disorder_line(options, surface.disorder));
 }
 
