@@ -19,7 +19,15 @@
 #define CHUNK 32
 #endif
 
-// The quadratic B-spline on [0, 1).
+// What neighbours weigh by their distance, the square of its share of the support; they end at WITHIN
+// (kFitReach). Epanechnikov's function needs seven tenths of the neighbours of a quadratic B-spline that
+// ends at the support, for weights that lie as far out.
+#define WITHIN 0.84f
+inline floatv parabola(const floatv squared) {
+  return larger(fma((floatv)(-1.0f / (WITHIN * WITHIN)), squared, (floatv)(1.0f)), (floatv)(0.0f));
+}
+
+// The quadratic B-spline on [0, 1), for trial fits.
 inline floatv spline(const floatv x) {
   const floatv y = 1.5f * x;
   return SELECT(0.5f * (1.5f - y) * (1.5f - y), 0.75f - y * y, y < 0.5f);
@@ -179,7 +187,7 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
 
 // One pass. The first one sets supports and roundness, a later one may narrow the supports. Neighbour j
 // weighs in the fit around particle i at distance l with normals n_i, n_j:
-//   u_j B(l / rho) exp(-2 (1 - n_i.n_j) / sigma^2) m,
+//   u_j max(0, 1 - (l / (WITHIN rho))^2) exp(-2 (1 - n_i.n_j) / sigma^2) m,
 // nothing where n_i.n_j < -1/2. In the first pass, and where the last one gave no fit, m = exp(-h^2 /
 // (h_0 + h_1 l^2)^2), at least 1e-5, with the height h of j over i's tangent plane; later m = exp(-r^2 /
 // tau^2), at least 1e-4, for a neighbour that lies r behind the surface of the pass before.
@@ -202,7 +210,7 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
 // the fits go into their sheet, with the RMS; those of residual 0 count nothing.
 //
 // Several trials, each as the range's second dimension says, have all that lanes have and `turned` of
-// their own, one behind the other; their weights are not kept.
+// their own, one behind the other; their weights are not kept, and go by the B-spline of l / rho.
 kernel void fit_particles(
     global const float4* place,                  // [n + 1] of the particles
     global const float4* normal,                 // [n + 1] as the pass before left them
@@ -268,7 +276,9 @@ kernel void fit_particles(
       const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
       const floatv squared = fma(x, x, fma(y, y, z * z));
       const floatv same = fma(own.nx, p.dx, fma(own.ny, p.dy, own.nz * p.dz));
-      const floatv near = p.w * spline(smaller(sqrt(squared) * inverse_rho, (floatv)(1.0f)));
+      const floatv scaled = squared * (inverse_rho * inverse_rho);
+      const floatv near =
+          p.w * (by.tries ? spline(smaller(sqrt(scaled), (floatv)(1.0f))) : parabola(scaled));
       const floatv rise = fma(x, own.nx, fma(y, own.ny, z * own.nz));
       floatv off = none, differs = same - 1.0f;
       if (ANY(!refit)) {
@@ -461,12 +471,12 @@ kernel void measure_edges(global const float4* place, global const float4* norma
     for (int k = 0; k < points; ++k) {
       const Point p = point[k];
       const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
-      const floatv l = sqrt(x * x + y * y + z * z);
+      const floatv squared = x * x + y * y + z * z, l = sqrt(squared);
       const floatv same = own.nx * p.dx + own.ny * p.dy + own.nz * p.dz;
       const floatv f = evaluate(c, x, y, z), apart = clamp(f, -2.0f, 2.0f);
       add_distance(f, LOADF(kept + begin + BATCH * (from + k)), inverse_tau, &distances, &total);
-      const floatv w =
-          p.w * spline(smaller(l * inverse_rho, one)) * exp_negative(falloff * smaller(same - 1.0f, none));
+      const floatv w = p.w * parabola(squared * (inverse_rho * inverse_rho)) *
+                       exp_negative(falloff * smaller(same - 1.0f, none));
       weight += w;
       squares += w * apart * apart;
       number += p.w;

@@ -11,7 +11,7 @@ std::shared_ptr<FitProblems> fit_problems(Frame& frame) {
   const FitParams& params = frame.params.fit;
   problems->records = fit_records(frame.projected(), surface);
   const FitLists& lists = problems->lists =
-      list_neighbours(frame.projected(), fitted, surface.index, params.support,
+      list_neighbours(frame.projected(), fitted, surface.index, fit_reach(params),
                       std::size_t{1} << 28)
           .front();
   const cl_int nobody = static_cast<cl_int>(surface.index.size());

@@ -12,11 +12,11 @@ Case prepare_fit(Frame& frame) {
   // A neighbour's index read and its weight written; a fit's particle and support read, eleven
   // values and a normal written.
   result.bytes = 8 * problems->neighbours + 96 * problems->fits;
-  // A neighbour: difference 3, square 5, normals 7, distance 3, spline 4, height 5, its width 2,
+  // A neighbour: difference 3, square 5, normals 7, parabola 4, height 5, its width 2,
   // its share 3, the weight of all 24; q and d 6, products of two coordinates 6, e 12, o 15,
   // weighted 26; moments of degree 0 to 2: 13, of degree 3: 40, of degree 4: 90; the right-hand
   // side 19. A fit: ridge 21, Cholesky 415, substitution 200, slope 7, scale 14, its normal 17.
-  result.operations = (56 + 227) * problems->neighbours + 674 * problems->fits;
+  result.operations = (53 + 227) * problems->neighbours + 674 * problems->fits;
   FitParams once = frame.params.fit;
   once.passes = 1;
   const auto fits = std::make_shared<ParticleFits>();
@@ -48,7 +48,7 @@ Case prepare_edges(Frame& frame) {
   Case result{.unit = "fits", .items = problems->fits};
   // A neighbour's index and weight read; a fit's particle and quadric read, seven values written.
   result.bytes = 8 * problems->neighbours + 100 * problems->fits;
-  // A neighbour: difference 3, square 5, normals 6, distance 3, share 8, spline 4, weight 23,
+  // A neighbour: difference 3, square 5, normals 6, distance 3, share 8, parabola 4, weight 23,
   // quadric 18, sums 8; the residual: distance behind 2, exponential 22, sums 4.
   result.operations = 106 * problems->neighbours;
   result.launch = [&frame] {

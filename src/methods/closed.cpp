@@ -162,7 +162,7 @@ FittedFluid fit_fluid(Device& device, const PlacedFluid& without_voids, const Pa
   const Visible tried = scope.tried ? fitted_of(placed, found, scope.tried) : fitted;
   const TrialPlaces trials = find_trials(device, placed, tried, found.index);
   const FitNeighbours neighbours =
-      find_neighbours(device, placed, fitted, found.index, params.fit.support);
+      find_neighbours(device, placed, fitted, found.index, fit_reach(params.fit));
   const SurfaceParticles around = with_normals(std::move(found), {}, {});
   const FitSurface surface = upload_surface(device, placed, around);
   measure_roundness(device, surface, trials, params.fit, params.blend, disorder);

@@ -46,11 +46,11 @@ Halo halo_of(const Parameters& params, const Disorder& disorder) {
   const double trusted = counted + kFaceReach + kTrustSheet + kEdgeReach;
   // These normals, and supports, follow from those of the pass before.
   const double fitted =
-      trusted + (params.fit.passes - 1) * std::max<double>(params.fit.support, kResidualReach);
+      trusted + (params.fit.passes - 1) * std::max<double>(fit_reach(params.fit), kResidualReach);
   // Their roundness is a mean over bent places of means, over a ridge at most, of what trial fits
   // around say.
   const double tried = fitted + kBentSheet + kRidgeReach + kEvidenceReach;
-  const double surface = std::max(fitted + params.fit.support, tried + kTrialReach);
+  const double surface = std::max(fitted + fit_reach(params.fit), tried + kTrialReach);
   return {fitted, tried, surface + kField + kRounding + filling_influence(disorder)};
 }
 

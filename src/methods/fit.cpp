@@ -125,7 +125,7 @@ constexpr Seeding kEveryParticle{
     [](const Parameters&) { return kTrialReach; },
     [](const Frame& frame, const Fluid& fluid, const Shell& shell) {
       return find_neighbours(frame.device, fluid.particles, shell.rim, shell.found.index,
-                             frame.params.fit.support);
+                             fit_reach(frame.params.fit));
     },
     [](const Frame&, const Fluid&, Shell& shell, const SurfaceParticles&) {
       return Seeds{shell.rim, std::move(shell.fitted), {}};
@@ -145,8 +145,8 @@ constexpr Seeding kMergedGroups{
       MergedGroups groups =
           merge_particles(view, fluid.particles, shell.rim, around, shell.near, params.merge);
       clock.start("fit");
-      FitNeighbours neighbours =
-          find_neighbours(device, fluid.particles, groups.seed, around.index, params.fit.support);
+      FitNeighbours neighbours = find_neighbours(device, fluid.particles, groups.seed, around.index,
+                                                 fit_reach(params.fit));
       return Seeds{std::move(groups.seed), std::move(neighbours), std::move(groups.extent)};
     }};
 

@@ -174,7 +174,7 @@ ParticleFits fit_hidden(Device& device, const KnownFluid& known, const Parameter
       cells_of(known.particles, around.index, std::max(kStandsFor, double{kEvidenceReach}));
   const Visible hidden = choose_hidden(known, cells);
   const FitNeighbours neighbours =
-      find_neighbours(device, known.particles, hidden, around.index, params.fit.support);
+      find_neighbours(device, known.particles, hidden, around.index, fit_reach(params.fit));
   const TrialPlaces trials =
       find_trials(device, known.particles, choose_bent(known, cells, hidden), around.index);
   const FitSurface surface = upload_surface(device, known.particles, around);

@@ -318,7 +318,7 @@ void take_fits(const FitLanes& part, const ViewTogether<float, float, float, flo
       fits.edge[k] = row[l];
       fits.firmness[k] = row[lanes + l];
       fits.spread[k] = row[2 * lanes + l];
-      fits.supporters[k] = row[3 * lanes + l];
+      fits.supporters[k] = row[3 * lanes + l] / (kFitReach * kFitReach);
       fits.normal[k] = {row[4 * lanes + l], row[5 * lanes + l], row[6 * lanes + l]};
       fits.support[k] = row[7 * lanes + l];
       fits.roundness[k] = row[8 * lanes + l];

@@ -26,7 +26,8 @@ struct ParticleFits {
   std::vector<double> edge;       // [n] e: how far its surroundings are smooth, (0, 1]
   std::vector<double> firmness;   // [n] as e, within a narrower angle: for its trust, (0, 1]
   std::vector<double> spread;  // [n] RMS distance of the surroundings from the fit, particle radii
-  std::vector<double> supporters;  // [n] neighbours within the full support, each by its u
+  std::vector<double>
+      supporters;  // [n] neighbours within fit_reach(), each by its u, over kFitReach^2
   // [n] what trust follows from, see measure_surroundings(): densities at the feet and behind them,
   // spread; empty: not measured.
   std::vector<float> dense, deep, apart;
@@ -45,6 +46,10 @@ struct QuadricLevel {
 /// At a place, from where the quadric is around. With its second derivatives, which are the same
 /// everywhere, the quadric around that place.
 QuadricLevel level_at(const std::array<float, 10>& quadric, const Vec3d& place);
+
+/// Share of a support within which neighbours weigh in a fit (WITHIN of particle_fit.cl).
+inline constexpr double kFitReach = 0.84;
+inline double fit_reach(const FitParams& params) { return kFitReach * params.support; }
 
 /// Over which fits residuals are averaged, particle radii.
 inline constexpr float kResidualReach = 6;
@@ -261,7 +266,7 @@ struct DeviceFits {
 ///   surface     `around`, with how far one quadric explains each one's surroundings
 ///               (roundness.hpp), 0 .. 1: it takes sigma, tau, support, off-surface distance and
 ///               ridge to kRound...
-///   neighbours  of `seen` within params.support; they outlive the fits
+///   neighbours  of `seen` within fit_reach(params); they outlive the fits
 ///   extent      [seen] as in MergedGroups, where the fits are those of groups: each counts as far
 ///               as its group is one of its own, and reaches as far as its members lie; 0: a
 ///               particle alone, fitted as groups are; else empty
@@ -286,7 +291,7 @@ inline ParticleFits fit_particles(Device& device, const Projected& projected, co
                                   const SurfaceParticles& around, const FitParams& params,
                                   const std::vector<float>& roundness = {}) {
   const FitNeighbours neighbours =
-      find_neighbours(device, projected, seen, around.index, params.support);
+      find_neighbours(device, projected, seen, around.index, fit_reach(params));
   return download(device, make_fits(device, upload_surface(device, projected, around, roundness),
                                     projected, seen, around, neighbours, params));
 }

@@ -70,7 +70,7 @@ ParticleFits measured(Device& device, const Projected& p, std::size_t seen) {
   const FoundSurface found = surface_of(device, p, seen);
   const Visible rim = with_rim(p, found.seen, found.field);
   const FitNeighbours neighbours =
-      find_neighbours(device, p, rim, found.surface.index, FitParams{}.support);
+      find_neighbours(device, p, rim, found.surface.index, fit_reach({}));
   DeviceFits fits = make_fits(device, upload_surface(device, p, found.surface), p, rim,
                               found.surface, neighbours, {});
   measure_surroundings(device, cells_of(device, p), fits);

@@ -178,10 +178,11 @@ struct Point {
   return solve(A, a);
 }
 
-// The quadratic B-spline on [0, 1).
-inline Floats spline(const Floats& x) {
-  const Floats y = 1.5f * x;
-  return y < 0.5f ? 0.75f - y * y : 0.5f * (1.5f - y) * (1.5f - y);
+// What neighbours weigh by their distance, the square of its share of the support, see
+// particle_fit.cl.
+inline Floats parabola(const Floats& squared) {
+  constexpr float kWithin = 0.84f;
+  return larger(fused(all(-1.0f / (kWithin * kWithin)), squared, all(1.0f)), Floats{});
 }
 
 // kWidth records of four values, row by row, see particle_fit.cl.
@@ -256,7 +257,7 @@ void fit_lanes(const Fits& in, std::size_t lane) {
       const Floats x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
       const Floats squared = fused(x, x, fused(y, y, z * z));
       const Floats same = fused(own.nx, p.dx, fused(own.ny, p.dy, own.nz * p.dz));
-      const Floats near = p.w * spline(smaller(root(squared) * inverse_rho, all(1.0f)));
+      const Floats near = p.w * parabola(squared * (inverse_rho * inverse_rho));
       const Floats h = fused(x, own.nx, fused(y, own.ny, z * own.nz)) /
                        fused(all(in.height_growth), squared, all(in.height));
       const Floats off = smaller(h * h, all(11.5129255f));

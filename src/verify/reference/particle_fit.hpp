@@ -14,7 +14,10 @@ namespace meniscus::reference {
 /// Wendland's function on [0, 1).
 inline double wendland(double d) { return d < 1 ? std::pow(1 - d, 4) * (4 * d + 1) : 0; }
 
-/// The quadratic B-spline on [0, 1).
+/// What a neighbour weighs by its distance over the support: Epanechnikov's function on .84 of it.
+inline double parabola(double d) { return std::max(0.0, 1 - d * d / (0.84 * 0.84)); }
+
+/// The quadratic B-spline on [0, 1), which is in its place in trial fits.
 inline double spline(double d) {
   const double y = 1.5 * d;
   return y < 0.5 ? 0.75 - y * y : y < 1.5 ? 0.5 * (1.5 - y) * (1.5 - y) : 0;
@@ -120,15 +123,15 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
   for (std::size_t j = 0; j < all.position.size(); ++j) {
     const Vec3d x = all.position[j] - all.position[i];
     const double l = length(x), u = all.weight[j], same = dot(all.normal[i], all.normal[j]);
-    found.margin = std::min(found.margin, std::abs(l - params.support));
-    if (l >= params.support) continue;
+    found.margin = std::min(found.margin, std::abs(l - 0.84 * params.support));
+    if (l >= 0.84 * params.support) continue;
     ++found.neighbours;
     const double f = std::clamp(value_at(quadric, x) + params.offset, -2.0, 2.0);
-    const double w = u * spline(l / rho) *
+    const double w = u * parabola(l / rho) *
                      std::exp(-2 * (1 - same) / (params.normal_sigma * params.normal_sigma));
     weight += w;
     squares += w * f * f;
-    found.supporters += u;
+    found.supporters += u / (0.84 * 0.84);
     if (l == 0) continue;
     const double q = u * wendland(l / 4);
     const Vec3d gradient = normalized(gradient_at(quadric, x));
@@ -219,13 +222,13 @@ struct Weight {
   double value = 0, error = 0;
 };
 
-/// u B(l / rho) exp(-E) for the neighbour at `x` from a particle with normal n_i; nothing where u B
-/// is below 1e-6 or n_i.n_j below -1/2. In the first pass E = 2 (1 - n_i.n_j) / sigma^2 + h^2 / (.6
-/// + .075 l^2)^2, the latter log(1e5) at most, h the neighbour's height over the particle's tangent
-/// plane.
+/// u B(l / rho) exp(-E), B the parabola or `near_by`, for the neighbour at `x` from a particle with
+/// normal n_i; nothing where u B is below 1e-6 or n_i.n_j below -1/2. In the first pass E = 2 (1 -
+/// n_i.n_j) / sigma^2 + h^2 / (.6 + .075 l^2)^2, the latter log(1e5) at most, h the neighbour's
+/// height over the particle's tangent plane.
 inline Weight first_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, double u, double rho,
-                           const FitParams& params) {
-  const double near = u * spline(length(x) / rho), same = dot(n_i, n_j);
+                           const FitParams& params, double (*near_by)(double) = parabola) {
+  const double near = u * near_by(length(x) / rho), same = dot(n_i, n_j);
   if (near < 1e-6 || same < -0.5) return {};
   const double falloff = 2 / (params.normal_sigma * params.normal_sigma);
   const double height = 0.6 + 0.075 * dot(x, x), h = dot(x, n_i) / height;
@@ -243,7 +246,7 @@ inline Weight first_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, d
 inline Weight later_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, double u, double rho,
                            const std::array<float, 10>& quadric, const Firm& firm,
                            const FitParams& params) {
-  const double near = u * spline(length(x) / rho), same = dot(n_i, n_j);
+  const double near = u * parabola(length(x) / rho), same = dot(n_i, n_j);
   if (near < 1e-6 || same < -0.5) return {};
   const double falloff = 2 / (params.normal_sigma * params.normal_sigma);
   const double along = std::min(1.0, dot(normalized(gradient_at(quadric, x)), n_j) + 0.01);
@@ -267,22 +270,24 @@ inline Weight later_weight(const Vec3d& x, const Vec3d& n_i, const Vec3d& n_j, d
 }
 
 /// The problem that a pass solves for fit k of surface particle i, with the weights that the pass
-/// before gives; `before` is empty in the first. Points have their weights' errors for weights.
+/// before gives; `before` is empty in the first, in which neighbours weigh near_by(l / rho). Points
+/// have their weights' errors for weights.
 struct PassProblem {
   FitProblem problem;
   std::vector<double> weights;
 };
 inline PassProblem pass_problem(const Surroundings& all, const ParticleFits& before, std::size_t k,
                                 std::size_t i, double rho, const FitParams& params,
-                                const Firm& firm) {
+                                const Firm& firm, double (*near_by)(double) = parabola) {
   PassProblem one{{all.position[i], rho, {}}, {}};
   for (std::size_t j = 0; j < all.position.size(); ++j) {
     const Vec3d x = all.position[j] - one.problem.centre;
     if (length(x) >= rho) continue;
     const Vec3d &n_i = all.normal[i], &n_j = all.normal[j];
-    const Weight weight = before.size() == 0 ? first_weight(x, n_i, n_j, all.weight[j], rho, params)
-                                             : later_weight(x, n_i, n_j, all.weight[j], rho,
-                                                            before.quadric[k], firm, params);
+    const Weight weight = before.size() == 0
+                              ? first_weight(x, n_i, n_j, all.weight[j], rho, params, near_by)
+                              : later_weight(x, n_i, n_j, all.weight[j], rho, before.quadric[k],
+                                             firm, params);
     one.problem.points.push_back({all.position[j], n_j, weight.error});
     one.weights.push_back(weight.value);
   }

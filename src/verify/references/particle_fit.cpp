@@ -6,6 +6,7 @@
 #include "verify/reference/particle_fit.hpp"
 #include "verify/references/cases.hpp"
 #include "verify/references/mesh_by_hand.hpp"
+#include "verify/references/roundness.hpp"
 #include "verify/references/worst.hpp"
 
 namespace meniscus::verify {
@@ -30,6 +31,22 @@ void see_pass(const FittedSurface& scene, const ParticleFits& earlier, const Par
     for (int q = 0; q < 10; ++q) equation.see(left.error[q], 0, left.bound[q], left.size[q]);
     residual.see(after.residual[k], reference::residual_of(one, after.quadric[k], params),
                  reference::residual_error(one, after.quadric[k], params), one.problem.scale);
+  }
+}
+
+// The narrow and the wide trial fits, whose neighbours weigh by the B-spline.
+void see_trials(Device& device, const FittedSurface& scene, Worst& equation) {
+  const reference::Surroundings all = scene.surroundings({});
+  for (const bool wide : {false, true}) {
+    const std::vector<reference::TrialFit> trial = trial_fits(device, scene, wide);
+    const FitParams params = reference::round_params({}, wide ? 1 : 0);
+    for (std::size_t k = 0; k < trial.size(); ++k) {
+      const auto one = reference::pass_problem(all, {}, k, static_cast<std::size_t>(scene.place[k]),
+                                               kTrialReach, params, {}, reference::spline);
+      const auto left =
+          reference::residuals(one.problem, trial[k].quadric, 0, one.weights, params, 1);
+      for (int q = 0; q < 10; ++q) equation.see(left.error[q], 0, left.bound[q], left.size[q]);
+    }
   }
 }
 
@@ -77,7 +94,8 @@ void see_supports(Device& device, int size, Worst& support) {
 ReferenceErrors particle_fit_case(Device& device, int size) {
   Worst equation("fit_particles", "normal equations"), residual("measure_edges", "residual"),
       edge("measure_edges", "edge"), firmness("measure_edges", "firmness"),
-      supporters("measure_edges", "supporters"), support("fit_particles", "support");
+      supporters("measure_edges", "supporters"), support("fit_particles", "support"),
+      trial("fit_particles", "trial fits");
   for (const auto& surface : {hills, roof}) {
     Projected particles = field(size, 2, surface);
     // Two that lie all but on each other.
@@ -96,13 +114,14 @@ ReferenceErrors particle_fit_case(Device& device, int size) {
       earlier = std::exchange(before, after);
     }
     see_edges(scene, before, params, edge, firmness, supporters);
+    see_trials(device, scene, trial);
   }
   // Fits along an edge that their own particles lie off.
   const FittedSurface rough = rough_surface(size, 0.3, roof);
   see_edges(rough, fit(device, rough, {}), {}, edge, firmness, supporters);
   see_supports(device, size, support);
-  return {equation.error(), residual.error(),   edge.error(),
-          firmness.error(), supporters.error(), support.error()};
+  return {equation.error(),   residual.error(), edge.error(), firmness.error(),
+          supporters.error(), support.error(),  trial.error()};
 }
 
 }  // namespace meniscus::verify

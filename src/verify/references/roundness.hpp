@@ -7,30 +7,55 @@
 
 namespace meniscus {
 
+inline TrialPlaces trials_of(Device& device, const FittedSurface& scene) {
+  return find_trials(device, scene.projected, scene.seen, scene.around.index);
+}
+
 /// The trial fits, narrow or wide, of the fitted particles; no other particle is a neighbour.
 inline std::vector<reference::TrialFit> trial_fits(Device& device, const FittedSurface& scene,
                                                    bool wide) {
   FitParams params;
   params.support = kTrialReach;
-  params.passes = 1;
-  const ParticleFits fits =
-      fit_particles(device, scene.projected, scene.seen, scene.around, params,
-                    std::vector<float>(scene.around.index.size(), wide ? 1.0f : 0.0f));
+  const std::size_t n = scene.seen.index.size(), trial = wide ? 0 : 1;
+  ParticleFits fits;
+  for (const std::int32_t i : scene.seen.index)
+    fits.position.push_back(scene.projected.eye(static_cast<std::size_t>(i)));
+  fits.normal.resize(n);
+  fits.residual.resize(n);
+  fits.quadric.resize(n);
+  const FitSurface surface = upload_surface(device, scene.projected, scene.around);
+  const TrialPlaces trials = trials_of(device, scene);
+  const LaneSheet sheet(device, trials.neighbours.sheet, 1);
+  for (std::size_t part = 0; part < trials.neighbours.parts.size(); ++part) {
+    const FitLanes made(device, trials.neighbours.parts[part], kTrials);
+    fit_lanes(device, surface, made, sheet, part, surface.normal, surface.tried, {0, 2}, params);
+    const HostView quadric(device, made.quadric), residual(device, made.residual),
+        turned(device, surface.tried);
+    const auto lanes = static_cast<std::size_t>(made.count()),
+               records = static_cast<std::size_t>(surface.nobody) + 1;
+    for (std::size_t l = 0; l < lanes; ++l) {
+      if (made.part->lists.fit[l] < 0) continue;
+      const auto k = static_cast<std::size_t>(made.part->lists.fit[l]);
+      const float* const normal =
+          turned.data() + 4 * (trial * records + static_cast<std::size_t>(scene.place[k]));
+      fits.normal[k] = {normal[0], normal[1], normal[2]};
+      fits.residual[k] = residual.data()[trial * lanes + l];
+      for (std::size_t c = 0; c < 10; ++c)
+        fits.quadric[k][c] = quadric.data()[(10 * trial + c) * lanes + l];
+    }
+  }
   const reference::Surroundings around = scene.surroundings(fits);
-  std::vector<reference::TrialFit> trial;
-  for (std::size_t k = 0; k < fits.size(); ++k) {
-    std::array<float, 10> quadric = fits.quadric[k];
-    if (!(fits.residual[k] < 0)) quadric[0] += static_cast<float>(params.offset);
+  std::vector<reference::TrialFit> found;
+  for (std::size_t k = 0; k < n; ++k) {
+    const auto place = static_cast<std::size_t>(scene.place[k]);
     const double edge =
         wide ? 1
-             : reference::measure(around, static_cast<std::size_t>(scene.place[k]), fits.support[k],
-                                  fits.quadric[k], fits.residual[k], params)
-                   .agreement;
+             : reference::measure(around, place, kTrialReach, fits.quadric[k], 0, params).agreement;
     const double weight =
-        fits.residual[k] < 0 ? 0 : fits.surface[k] * edge * scene.seen.influence_of(k);
-    trial.push_back({fits.position[k], fits.normal[k], weight, quadric});
+        fits.residual[k] < 0 ? 0 : scene.around.weight[place] * edge * scene.seen.influence_of(k);
+    found.push_back({fits.position[k], fits.normal[k], weight, fits.quadric[k]});
   }
-  return trial;
+  return found;
 }
 
 /// How far floats may be from the reference: f is good to 20 epsilon of terms that add up to 10;
@@ -49,10 +74,6 @@ inline std::vector<reference::TrialFit> rounded(std::vector<reference::TrialFit>
     for (float& c : fit.quadric) c += static_cast<float>(off(std::abs(c) + 0.1));
   }
   return fits;
-}
-
-inline TrialPlaces trials_of(Device& device, const FittedSurface& scene) {
-  return find_trials(device, scene.projected, scene.seen, scene.around.index);
 }
 
 inline Evidence evidence_of(Device& device, const FittedSurface& scene) {

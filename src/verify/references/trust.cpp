@@ -15,7 +15,7 @@ ReferenceErrors trust_case(Device& device, int size) {
     const FittedSurface scene = fitted_surface(field(size, 2, surface));
     const Projected& p = scene.projected;
     const FitNeighbours neighbours =
-        find_neighbours(device, p, scene.seen, scene.around.index, FitParams{}.support);
+        find_neighbours(device, p, scene.seen, scene.around.index, fit_reach({}));
     DeviceFits made = make_fits(device, upload_surface(device, p, scene.around), p, scene.seen,
                                 scene.around, neighbours, {});
     measure_surroundings(device, upload_cells(device, make_cells(p.x, p.y, p.z, kDensitySupport)),
