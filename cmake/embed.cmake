@@ -5,7 +5,8 @@
 #   HEADER  a handle for every kernel, with the types of its arguments (kernel_handle.hpp), and a type for
 #           every noun of kernels/nouns.h
 #
-# A kernel whose list has more than MOST arguments is an error.
+# A kernel whose list has more than MOST arguments is an error, and so is a macro that two files define
+# that are built together: the later one would count for both.
 cmake_minimum_required(VERSION 3.25)
 
 set(MOST 8)
@@ -15,6 +16,10 @@ foreach(file IN LISTS FILES)
   file(STRINGS ${file} line REGEX "^// uses: " LIMIT_COUNT 1)
   string(REGEX REPLACE "^// uses: *" "" line "${line}")
   string(REPLACE " " ";" "uses_${name}" "${line}")
+  file(STRINGS ${file} defines REGEX "^ *# *define ")
+  list(TRANSFORM defines REPLACE "^ *# *define +([A-Za-z_0-9]+).*$" "\\1")
+  list(REMOVE_DUPLICATES defines)
+  set("defines_${name}" "${defines}")
 endforeach()
 
 # Appends what `name` uses to `all`, and what that uses before it.
@@ -125,6 +130,16 @@ foreach(file IN LISTS FILES)
   get_filename_component(name ${file} NAME)
   set(all "")
   append_used(${name})
+  set(defined "")
+  foreach(part IN ITEMS ${all} ${name})
+    foreach(macro IN LISTS "defines_${part}")
+      if(macro IN_LIST defined)
+        message(FATAL_ERROR "${macro} is defined by kernels/${part} and by another file that is built "
+          "with it, for kernels/${name}; give one of them another name")
+      endif()
+    endforeach()
+    list(APPEND defined ${defines_${part}})
+  endforeach()
   list(JOIN all " " used)
   string(APPEND entries "    {\"${name}\", R\"cl_source(${text})cl_source\", \"${used}\"},\n")
 

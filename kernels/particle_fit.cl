@@ -19,12 +19,12 @@
 #define CHUNK 32
 #endif
 
-// What neighbours weigh by their distance, the square of its share of the support; they end at WITHIN
+// What neighbours weigh by their distance, the square of its share of the support; they end at FIT_REACH
 // (kFitReach). Epanechnikov's function needs seven tenths of the neighbours of a quadratic B-spline that
 // ends at the support, for weights that lie as far out.
-#define WITHIN 0.84f
+#define FIT_REACH 0.84f
 inline floatv parabola(const floatv squared) {
-  return larger(fma((floatv)(-1.0f / (WITHIN * WITHIN)), squared, (floatv)(1.0f)), (floatv)(0.0f));
+  return larger(fma((floatv)(-1.0f / (FIT_REACH * FIT_REACH)), squared, (floatv)(1.0f)), (floatv)(0.0f));
 }
 
 // The quadratic B-spline on [0, 1), for trial fits.
@@ -187,7 +187,7 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
 
 // One pass. The first one sets supports and roundness, a later one may narrow the supports. Neighbour j
 // weighs in the fit around particle i at distance l with normals n_i, n_j:
-//   u_j max(0, 1 - (l / (WITHIN rho))^2) exp(-2 (1 - n_i.n_j) / sigma^2) m,
+//   u_j max(0, 1 - (l / (FIT_REACH rho))^2) exp(-2 (1 - n_i.n_j) / sigma^2) m,
 // nothing where n_i.n_j < -1/2. In the first pass, and where the last one gave no fit, m = exp(-h^2 /
 // (h_0 + h_1 l^2)^2), at least 1e-5, with the height h of j over i's tangent plane; later m = exp(-r^2 /
 // tau^2), at least 1e-4, for a neighbour that lies r behind the surface of the pass before.

@@ -47,7 +47,7 @@ struct QuadricLevel {
 /// everywhere, the quadric around that place.
 QuadricLevel level_at(const std::array<float, 10>& quadric, const Vec3d& place);
 
-/// Share of a support within which neighbours weigh in a fit (WITHIN of particle_fit.cl).
+/// Share of a support within which neighbours weigh in a fit (FIT_REACH of particle_fit.cl).
 inline constexpr double kFitReach = 0.84;
 inline double fit_reach(const FitParams& params) { return kFitReach * params.support; }
 

@@ -67,7 +67,7 @@ const Fault kFaults[] = {
     {"motion", 65, "motion.cl", "weight += w;", "weight += 1.001f * w;"},
     {"particle_fit", 11, "particle_fit.cl", "*squares += w", "*squares += 1.05f * w"},
     {"particle_fit", 11, "particle_fit.cl", "0.75f - y * y", "0.78f - y * y"},
-    {"particle_fit", 11, "particle_fit.cl", "(-1.0f / (WITHIN", "(-1.01f / (WITHIN"},
+    {"particle_fit", 11, "particle_fit.cl", "(-1.0f / (FIT_REACH", "(-1.01f / (FIT_REACH"},
     {"particle_fit", 11, "particle_fit.cl", "fma(firmly, smaller(along",
      "fma(1.01f * firmly, smaller(along"},
     {"particle_fit", 11, "particle_fit.cl", "f * ahead", "1.02f * f * ahead"},
