@@ -48,7 +48,7 @@ struct QuadricLevel {
 QuadricLevel level_at(const std::array<float, 10>& quadric, const Vec3d& place);
 
 /// Share of a support within which neighbours weigh in a fit (FIT_REACH of particle_fit.cl).
-inline constexpr double kFitReach = 0.84;
+inline constexpr double kFitReach = 0.85;
 inline double fit_reach(const FitParams& params) { return kFitReach * params.support; }
 
 /// Over which fits residuals are averaged, particle radii.

@@ -181,7 +181,7 @@ struct Point {
 // What neighbours weigh by their distance, the square of its share of the support, see
 // particle_fit.cl.
 inline Floats parabola(const Floats& squared) {
-  constexpr float kWithin = 0.84f;
+  constexpr float kWithin = 0.85f;
   return larger(fused(all(-1.0f / (kWithin * kWithin)), squared, all(1.0f)), Floats{});
 }
 
