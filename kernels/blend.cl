@@ -307,13 +307,10 @@ typedef struct {
 
 inline void add_turning(Turning* sum, global const float* g, const Sample s, const FaceValue* face,
                         const floatv along, const floatv weight) {
-  const floatv x = fma((floatv)(g[4]), s.dx, fma((floatv)(g[7]), s.dy, (floatv)(-g[9]))),
-               y = fma((floatv)(g[5]), s.dy, (floatv)(-g[8]));
-  const floatv bend = fma(x, s.dx, fma(y, s.dy, (floatv)(g[6]))) * face->per_slope;
   sum->w += weight;
   sum->f = fma(weight, face->f, sum->f);
   sum->along = fma(weight, along, sum->along);
-  sum->bend = fma(weight, bend, sum->bend);
+  sum->bend = fma(weight, bend_along(g, s) * face->per_slope, sum->bend);
 }
 
 // How high above the mean of these fits and of those that the ray meets, which it touches at that point,

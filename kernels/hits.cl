@@ -100,6 +100,13 @@ inline floatv value_at(global const float* g, const floatv x, const floatv y, co
   return fma((floatv)(0.5f), doubled, (floatv)(g[0]));
 }
 
+// How it bends along a ray: the factor of the square of the depth.
+inline floatv bend_along(global const float* g, const Sample s) {
+  const floatv x = fma((floatv)(g[4]), s.dx, fma((floatv)(g[7]), s.dy, (floatv)(-g[9]))),
+               y = fma((floatv)(g[5]), s.dy, (floatv)(-g[8]));
+  return fma(x, s.dx, fma(y, s.dy, (floatv)(g[6])));
+}
+
 inline floatv dot_of(const floatv ax, const floatv ay, const floatv az, const floatv bx,
                      const floatv by, const floatv bz) {
   return fma(ax, bx, fma(ay, by, az * bz));
@@ -162,9 +169,7 @@ inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const floa
   // f along the ray: C + B tau + A tau^2
   const floatv C = value_at(g, x, y, z, gx, gy, gz);
   const floatv B = fma(gx, s.dx, fma(gy, s.dy, -gz));
-  const floatv ax = fma((floatv)(g[4]), s.dx, fma((floatv)(g[7]), s.dy, (floatv)(-g[9]))),
-               ay = fma((floatv)(g[5]), s.dy, (floatv)(-g[8]));
-  const floatv A = fma(ax, s.dx, fma(ay, s.dy, (floatv)(g[6])));
+  const floatv A = bend_along(g, s);
   const floatv D = fma(B, B, -4.0f * A * C);
   // The entering root in its stable form: f falls there. Without one it is no number.
   const intv falls = B < 0.0f;

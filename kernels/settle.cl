@@ -263,15 +263,15 @@ inline floatv search_to(const floatv t, const floatv t0, const FieldLimits limit
   return SELECT(t0, larger(t, t0), t < INFINITY) + limits.beyond;
 }
 
+// How far the field may miss its level where the blend stays, of the level, with as much trust as doubt.
+#define NEARLY 0.1f
+
 // Where the blend is not fully trusted, the rest is the field's. The blend's share is its trust, or
 // nothing outside the fluid: with less trust the contour draws in to where the field has its own.
 // And it gives way where it disagrees with the field, as far as it is compared with it, but for convex
-// creases, which the field rounds.
-// Where the field does not reach its level, the blend stays as far as the field comes near it: less trust
-// asks for more. So outlines run between those of fits and field. On convex edges, which the field
-// rounds, the larger share decides.
-#define NEARLY 0.1f  // of the level, with as much trust as doubt
-
+// creases, which the field rounds. Where the field does not reach its level, the blend stays as far as
+// the field comes near it: less trust asks for more. So outlines run between those of fits and field.
+// On convex edges the larger share decides.
 inline void follow(const int* at, const intv listed, const int n, const Rays r,
                    const floatv last, global const float* reference, global const float* trust,
                    global float* depth, global float* normal, global int* group,

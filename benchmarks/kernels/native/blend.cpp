@@ -23,6 +23,12 @@ struct Hit {
   Floats tau, weight, gx, gy, gz, pull;
 };
 
+inline Floats bend_along(const float* g, const Sample& s) {
+  const Floats x = fused(all(g[4]), s.dx, fused(all(g[7]), s.dy, all(-g[9]))),
+               y = fused(all(g[5]), s.dy, all(-g[8]));
+  return fused(x, s.dx, fused(y, s.dy, all(g[6])));
+}
+
 [[gnu::always_inline]] inline void gradient_at(const float* g, const Floats& x, const Floats& y,
                                                const Floats& z, Floats& gx, Floats& gy,
                                                Floats& gz) {
@@ -60,9 +66,7 @@ struct Entry {
   gradient_at(g, x, y, z, gx, gy, gz);
   const Floats C = value_at(g, x, y, z, gx, gy, gz);
   const Floats B = fused(gx, s.dx, fused(gy, s.dy, -gz));
-  const Floats ax = fused(all(g[4]), s.dx, fused(all(g[7]), s.dy, all(-g[9]))),
-               ay = fused(all(g[5]), s.dy, all(-g[8]));
-  const Floats A = fused(ax, s.dx, fused(ay, s.dy, all(g[6])));
+  const Floats A = bend_along(g, s);
   const Floats D = fused(B, B, -4.0f * A * C);
   const Ints falls = B < 0.0f;
   const Floats sum = magnitude(B) + root(D);
@@ -309,13 +313,10 @@ struct Turning {
 
   void add(const float* g, const Sample& s, const FaceValue& face, const Floats& slope,
            const Floats& weight) {
-    const Floats x = fused(all(g[4]), s.dx, fused(all(g[7]), s.dy, all(-g[9]))),
-                 y = fused(all(g[5]), s.dy, all(-g[8]));
-    const Floats bent = fused(x, s.dx, fused(y, s.dy, all(g[6]))) * face.per_slope;
     w += weight;
     f = fused(weight, face.f, f);
     along = fused(weight, slope, along);
-    bend = fused(weight, bent, bend);
+    bend = fused(weight, bend_along(g, s) * face.per_slope, bend);
   }
   // How high above their mean, and that of what the ray meets, the ray passes.
   Floats height_over(const Floats& met, const Floats& entering) const {
