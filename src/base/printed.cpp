@@ -20,7 +20,8 @@ std::string printed(const char* format, ...) {
 
 std::string three_digits(double value) {
   if (value == 0 || !std::isfinite(value)) return printed("%g", value);
-  if (std::abs(value) >= 999.5 && std::abs(value) < 1e15) return grouped(std::llround(value));
+  if (std::abs(value) >= 1e15) return printed("%.2e", value);
+  if (std::abs(value) >= 999.5) return grouped(std::llround(value));
   const int decimals = 2 - static_cast<int>(std::floor(std::log10(std::abs(value))));
   return printed("%.*f", std::max(0, std::min(decimals, 6)), value);
 }

@@ -93,8 +93,11 @@ std::string program_cache_folder() {
 
 bool keeps_programs(const std::string& folder) {
   std::error_code ignored;
-  return !fs::exists(folder, ignored) ||
-         (is_trusted(folder) && access(folder.c_str(), W_OK | X_OK) == 0);
+  if (fs::exists(folder, ignored))
+    return is_trusted(folder) && access(folder.c_str(), W_OK | X_OK) == 0;
+  fs::path above = fs::absolute(folder);  // in which it will be made
+  while (above.has_relative_path() && !fs::exists(above, ignored)) above = above.parent_path();
+  return fs::is_directory(above, ignored) && access(above.c_str(), W_OK | X_OK) == 0;
 }
 
 std::string find_program(const std::string& key) {

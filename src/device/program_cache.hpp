@@ -15,8 +15,8 @@ std::string identity_of(const DeviceInfo& info);
 /// others may write is not used.
 std::string program_cache_folder();
 
-/// Whether entries can be kept in that folder: where it is there, it is this user's alone, and may
-/// be written into.
+/// Whether entries can be kept in that folder, whose name is not empty: where it is there, it is
+/// this user's alone, and may be written into; else it can be made.
 bool keeps_programs(const std::string& folder);
 
 /// What was kept under `key`, the whole description of what an entry depends on. Empty: nothing, or

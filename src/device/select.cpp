@@ -144,7 +144,7 @@ std::string listed(const std::vector<std::string>& problems) {
 }
 
 std::string names(const std::vector<DeviceInfo>& devices) {
-  return devices.empty() ? "none" : comma_separated(devices, [](const DeviceInfo& device) {
+  return comma_separated(devices, [](const DeviceInfo& device) {
     return std::to_string(device.index) + " \"" + device.name + "\"" +
            (device.usable ? "" : " (" + device.problem + ")");
   });
@@ -246,7 +246,7 @@ DeviceInfo select_device(const std::string& selector, std::string* why) {
   if (!best) {
     std::string what = selector.empty() ? "no usable OpenCL device was found"
                                         : "no usable OpenCL device matches \"" + selector + "\"";
-    what += "; there are: " + names(devices);
+    if (!devices.empty()) what += "; there are: " + names(devices);
     throw DeviceError(what + listed(problems) + listed(installation_problems()));
   }
   if (why)

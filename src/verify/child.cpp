@@ -123,8 +123,10 @@ void run_items(const ChildPlan& plan, Device& device, Guard& guard) {
 
 void list_as_child(const std::string& selector) {
   try {
-    for (const DeviceInfo& device :
-         selector == "all" ? list_devices() : std::vector{select_device(selector)})
+    const std::vector<DeviceInfo> devices =
+        selector == "all" ? list_devices() : std::vector{select_device(selector)};
+    if (devices.empty()) select_device("");  // throws, and says why there is none
+    for (const DeviceInfo& device : devices)
       say({{"index", device.index},
            {"name", device.name},
            {"platform", device.platform},

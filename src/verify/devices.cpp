@@ -99,9 +99,9 @@ struct UnderWay {
 // Verifies one device, process after process.
 class DeviceRun {
  public:
-  DeviceRun(const Found& device, const Request& request, int output, const Watch& watch)
-      : watch_(watch) {
-    results.device = device.name;
+  DeviceRun(const Found& device, const DeviceResults& named, const Request& request, int output,
+            const Watch& watch)
+      : results(named), watch_(watch) {
     plan_.device = device.index;
     plan_.request = request;
     plan_.output = output;
@@ -173,7 +173,8 @@ class DeviceRun {
       add_unnamed();
     }
     first_row_ = results.rows.size();
-    watch_.step({results.device.name, at.number + 1, line.at("items"), at.item.name});
+    watch_.step(
+        {results.device.name, results.number, at.number + 1, line.at("items"), at.item.name});
   }
 
   // Of a kernel that ended an earlier process in this item there is a row already.
@@ -285,7 +286,7 @@ Bytes all_of(std::FILE* file) {
 void add_agreement(VerifyRun& run, const Program& program,
                    const std::vector<std::vector<Bytes>>& left, const Watch& watch) {
   std::vector<std::string> names;
-  for (const DeviceResults& device : run.devices) names.push_back(title_of(device.device));
+  for (const DeviceResults& device : run.devices) names.push_back(title_of(device));
   compare_devices(program, names, left, [&](std::size_t d, Row row) {
     row.device = run.devices[d].device.name;
     if (row.result == Result::fail) watch.failed(row);
@@ -310,10 +311,14 @@ VerifyRun verify_devices(const Request& request, const Watch& watch) {
   std::optional<Program> program;
   if (!request.program.empty()) program = read_program(request.program, request.manifest);
   std::vector<std::vector<Bytes>> left;  // by the program, on each device
-  for (const Found& device : find_devices(request.selector, request.seconds)) {
+  const std::vector<Found> found = find_devices(request.selector, request.seconds);
+  for (const Found& device : found) run.devices.emplace_back().device = device.name;
+  run.number_namesakes();
+  for (std::size_t k = 0; k < found.size(); ++k) {
     const File output = nameless_file();
-    run.devices.push_back(
-        DeviceRun(device, request, program ? fileno(output.get()) : -1, watch).results);
+    DeviceResults& device = run.devices[k];
+    device =
+        DeviceRun(found[k], device, request, program ? fileno(output.get()) : -1, watch).results;
     if (program) left.push_back(parted(*program, all_of(output.get())));
   }
   if (program) add_agreement(run, *program, left, watch);

@@ -24,6 +24,7 @@ struct Request {
 /// An item that begins: its number from 1 on, how many there are, and its name.
 struct Step {
   std::string device;
+  int number = -1;  // of the device, where another one has its name
   std::size_t item = 0, items = 0;
   std::string name;
 };

@@ -128,6 +128,7 @@ std::string name_of(const DeviceResults& results) {
   const DeviceName& device = results.device;
   return escaped(device.name) + "<br><small>" + escaped(device.platform) +
          (device.driver.empty() ? "" : ", driver " + escaped(device.driver)) +
+         (results.number < 0 ? "" : ", device " + std::to_string(results.number)) +
          (results.file.empty() ? "" : ", " + escaped(results.file)) + "</small>";
 }
 
@@ -157,6 +158,7 @@ std::string card_of(const DeviceResults& device) {
                      "\"><span class=\"verdict\">" + device.verdict();
   text += "</span><b>" + escaped(device.device.name) + "</b><small>" +
           escaped(device.device.platform + ", driver " + device.device.driver) +
+          (device.number < 0 ? "" : ", device " + std::to_string(device.number)) +
           (device.file.empty() ? "" : ", " + escaped(device.file)) + "</small><small>" +
           escaped(device.device.version) + ", " + duration(device.seconds) + "</small><ul>";
   for (const auto& [group, tally] : device.tallies())
@@ -179,7 +181,9 @@ std::string failures_of(const VerifyRun& run) {
               (row->required ? "" : " <small>(not required)</small>") + "</td></tr>\n";
   }
   if (text.empty()) return "";
-  return "<h2>What failed</h2>" +
+  std::string advice;
+  for (const std::string& line : advice_of(run)) advice += "<p>" + escaped(line) + "</p>\n";
+  return "<h2>What failed</h2>" + advice +
          table("<tr>" + word_heads({"device", "what", "kernel", "variant", "cases"}) +
                "<th>error</th>" + word_heads({"the first"}) + "</tr>\n" + text);
 }

@@ -78,18 +78,30 @@ std::string padded(std::string text, std::size_t width) {
   return text;
 }
 
+// Whether a row is of a whole case, as where nothing can be built: its kernel is the case's name.
+bool is_of_a_case(const Row& row) { return row.size.starts_with(row.kernel + ", "); }
+
 // "project_particles, width 8, fit on block".
 std::string words_of(const Row& row) {
   std::string text = row.kernel;
-  for (const std::string* part : {&row.variant, &row.size})
+  const std::string size = is_of_a_case(row) ? row.size.substr(row.kernel.size() + 2) : row.size;
+  for (const std::string* part : {&row.variant, &size})
     if (!part->empty()) text += ", " + *part;
   return text;
 }
 
+// "kernel project_particles, width 8, fit on block".
+std::string subject_of(const Row& row) {
+  return (is_of_a_case(row) ? "case" : row.group) + " " + words_of(row);
+}
+
+std::string and_others(std::size_t cases) {
+  return cases < 2 ? "" : " and on " + counted(cases - 1, "other");
+}
+
 // "FAILED kernel project_particles, width 8, fit on block".
 std::string what_failed(const Row& row) {
-  return std::string(row.required ? "FAILED " : "(not required) ") + row.group + " " +
-         words_of(row);
+  return (row.required ? "FAILED " : "(not required) ") + subject_of(row);
 }
 
 // "3 ulp; launch 4 of 12 ... [OpenCL C 1.2, 7.4]".
@@ -197,6 +209,16 @@ bool VerifyRun::good() const {
   return any;
 }
 
+void VerifyRun::number_namesakes() {
+  const auto same = [](const DeviceResults& a, const DeviceResults& b) {
+    return a.file == b.file && title_of(a.device) == title_of(b.device);
+  };
+  for (std::size_t k = 0; k < devices.size(); ++k)
+    if (std::count_if(devices.begin(), devices.end(),
+                      [&](const DeviceResults& other) { return same(devices[k], other); }) > 1)
+      devices[k].number = static_cast<int>(k);
+}
+
 std::string to_json(const Row& row) {
   return object_of(row).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -251,6 +273,7 @@ VerifyRun run_from_json(const std::string& text, const std::string& name) {
               "\"index\" is " + in_quotes(row.at("index").dump()) + ", must be that of a device");
       run.devices[*index].rows.push_back(row_of(row));
     }
+    run.number_namesakes();
     return run;
   });
 }
@@ -260,7 +283,7 @@ std::string to_junit(const VerifyRun& run) {
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"meniscus verify\">\n";
   for (const DeviceResults& device : run.devices)
     for (const auto& [group, tally] : device.tallies()) {
-      text += "<testsuite name=\"" + escaped(title_of(device.device)) + "." + group + "\" tests=\"";
+      text += "<testsuite name=\"" + escaped(title_of(device)) + "." + group + "\" tests=\"";
       text += std::to_string(tally.all()) + "\" failures=\"" + std::to_string(tally.failed);
       text += "\" skipped=\"" + std::to_string(tally.skipped) + "\">\n";
       for (const Row& row : device.rows) {
@@ -287,7 +310,8 @@ std::string title_of(const DeviceName& device) {
 }
 
 std::string title_of(const DeviceResults& results) {
-  return (results.file.empty() ? "" : results.file + ": ") + title_of(results.device);
+  return (results.file.empty() ? "" : results.file + ": ") + title_of(results.device) +
+         (results.number < 0 ? "" : ", device " + std::to_string(results.number));
 }
 
 std::string error_of(const Row& row) {
@@ -301,7 +325,7 @@ std::string failure_of(const Row& row) { return what_failed(row) + ": " + why_fa
 std::string table_of(const VerifyRun& run) {
   std::string text;
   for (const DeviceResults& device : run.devices) {
-    text += title_of(device.device) + ", " + device.device.version + "\n";
+    text += title_of(device) + ", " + device.device.version + "\n";
     for (const auto& [group, tally] : device.tallies())
       text += "  " + padded(group + "s", 12) + tally.words() + "\n";
     // Limits are figures that people want to see.
@@ -310,15 +334,42 @@ std::string table_of(const VerifyRun& run) {
         text += "    " + padded(row.kernel + (row.variant.empty() ? "" : ", " + row.variant), 26) +
                 row.reason + "\n";
     for (const auto& [row, cases] : device.failures()) {
-      text += "  " + what_failed(*row);
-      if (cases > 1)
-        text += " and on " + std::to_string(cases - 1) + (cases > 2 ? " others" : " other");
+      text += "  " + what_failed(*row) + and_others(cases);
       text += "\n    " + why_failed(*row) + "\n";
     }
     text += skips_of(device);
     text += std::string("  ") + device.verdict() + ", " + duration(device.seconds) + "\n\n";
   }
   return text;
+}
+
+std::vector<std::string> advice_of(const VerifyRun& run) {
+  bool required = false, not_required = false, of_others = false;
+  std::string kernel;  // the first of ours that failed and must not
+  for (const DeviceResults& device : run.devices)
+    for (const Row& row : device.rows) {
+      of_others = of_others || row.group == "program";
+      if (row.result != Result::fail) continue;
+      (row.required ? required : not_required) = true;
+      if (row.required && row.group == "kernel" && !is_of_a_case(row) && kernel.empty())
+        kernel = row.kernel;
+    }
+  std::vector<std::string> advice;
+  if (of_others) return advice;
+  if (required)
+    advice.push_back(
+        "A device that failed does not give the results that others give: do not use it for "
+        "frames. docs/portability.md lists known flaws of runtimes; another version of the driver "
+        "may do.");
+  if (!kernel.empty())
+    advice.push_back("meniscus verify --kernel " + kernel +
+                     " --repro DIR makes a folder that shows the failure without Meniscus, for "
+                     "the makers of the driver.");
+  if (not_required)
+    advice.push_back(
+        "Not required is what frames do not use on this device: another vector width, or "
+        "arithmetic that no kernel relies on.");
+  return advice;
 }
 
 std::string compared_variant(const Row& row) {
@@ -381,13 +432,43 @@ std::string comparison_of(const DeviceResults& before, const DeviceResults& afte
     if (const std::string error = error_of(*row); !error.empty()) words += ", " + error;
     return row->reason.empty() ? words : words + ": " + row->reason;
   };
+  const auto is = [](const Row* row, Result result) { return row && row->result == result; };
+  struct Shown {
+    const Change* first;
+    std::size_t cases;
+  };
+  std::vector<Shown> all;
+  std::map<std::tuple<std::string, std::string, std::string, int, int>, std::size_t> places;
+  std::size_t skipped[2] = {0, 0};
+  const Row* first_skipped[2] = {nullptr, nullptr};
   for (const Change& change : comparison.changes) {
-    const Row& row = change.after ? *change.after : *change.before;
+    const auto& [before, after] = change;
+    const bool failed = is(before, Result::fail) || is(after, Result::fail);
     // One run had other cases than the other: no difference but where it failed.
-    if ((!change.before || !change.after) && row.result != Result::fail) continue;
-    text += row.group + " " + words_of(row) + "\n  A  " + outcome(change.before) + "\n  B  " +
-            outcome(change.after) + "\n";
+    if ((!before || !after) && !failed) continue;
+    const bool in_a = is(before, Result::skip), in_b = is(after, Result::skip);
+    if (!failed && in_a != in_b) {
+      if (skipped[in_b]++ == 0) first_skipped[in_b] = in_a ? before : after;
+      continue;
+    }
+    const Row& row = after ? *after : *before;
+    const auto result = [](const Row* one) { return one ? static_cast<int>(one->result) : -1; };
+    const auto place = places.try_emplace(
+        {row.group, row.kernel, row.variant, result(before), result(after)}, all.size());
+    if (place.second) all.push_back({&change, 0});
+    ++all[place.first->second].cases;
   }
+  std::stable_partition(all.begin(), all.end(), [&](const Shown& one) {
+    return is(one.first->before, Result::fail) || is(one.first->after, Result::fail);
+  });
+  for (const auto& [change, cases] : all)
+    text += subject_of(change->after ? *change->after : *change->before) + and_others(cases) +
+            "\n  A  " + outcome(change->before) + "\n  B  " + outcome(change->after) + "\n";
+  for (const int b : {0, 1})
+    if (skipped[b] > 0)
+      text += std::string("skipped in ") + "AB"[b] + " alone: " + counted(skipped[b], "row") +
+              ", the first " + subject_of(*first_skipped[b]) + ": " + first_skipped[b]->reason +
+              "\n";
   return text;
 }
 

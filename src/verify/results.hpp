@@ -34,6 +34,7 @@ struct Failure {
 struct DeviceResults {
   DeviceName device;
   std::string file;  // that it was read from, as --compare names it; empty: none
+  int number = -1;   // its place among the devices, where another one has its name; see title_of
   std::vector<Row> rows;
   double seconds = 0;
 
@@ -56,6 +57,8 @@ struct VerifyRun {
   std::string version;  // of Meniscus
   std::vector<DeviceResults> devices;
   bool good() const;
+  /// Devices that have the same name, as two GPUs of one kind, get their places as numbers.
+  void number_namesakes();
 };
 
 const char* to_string(Result result);
@@ -79,6 +82,9 @@ std::string failure_of(const Row& row);
 /// For the terminal: what passed by group, then every row that failed, and why rows were skipped.
 std::string table_of(const VerifyRun& run);
 
+/// What failures mean, and what to do about them, a line each; empty where nothing failed.
+std::vector<std::string> advice_of(const VerifyRun& run);
+
 /// Rows that differ between two devices, side by side.
 struct Change {
   const Row *before, *after;  // null: there is none
@@ -96,10 +102,12 @@ struct Comparison {
 std::string compared_variant(const Row& row);
 Comparison compared(const DeviceResults& before, const DeviceResults& after);
 
-/// What differs and what failed in one alone, and how many rows are the same.
+/// How many rows are the same, and what differs: first where a row failed, the first case of each
+/// kernel and variant, then how many were skipped on one device alone.
 std::string comparison_of(const DeviceResults& before, const DeviceResults& after);
 
-/// "PoCL device (driver 3.1)"; of results from a file "old.json: PoCL device (driver 3.1)".
+/// "PoCL device (driver 3.1)"; of results from a file "old.json: PoCL device (driver 3.1)"; of one
+/// of two with this name "PoCL device (driver 3.1), device 1".
 std::string title_of(const DeviceName& device);
 std::string title_of(const DeviceResults& results);
 

@@ -12,6 +12,7 @@ TEST(Printed, NumbersHaveThreeDigits) {
   EXPECT_EQ(three_digits(50887.4), "50,887");
   EXPECT_EQ(three_digits(-8388608), "-8,388,608");
   EXPECT_EQ(three_digits(0), "0");
+  EXPECT_EQ(three_digits(4.4470319519981199e43), "4.45e+43");
   EXPECT_EQ(with_prefix(634.2e6), "634 M");
   EXPECT_EQ(with_prefix(12), "12.0");
   EXPECT_EQ(grouped(1234567), "1,234,567");

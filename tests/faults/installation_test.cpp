@@ -20,6 +20,14 @@ class BrokenInstallation : public Program {
     return {.environment = {{"OCL_ICD_VENDORS", place}}};
   }
 
+  // Whether PoCL is there; then it alone is a vendor.
+  bool has_pocl() const {
+    for (const auto& entry : fs::directory_iterator("/etc/OpenCL/vendors"))
+      if (entry.path().filename() == "pocl.icd")
+        return fs::copy_file(entry, path("vendors/pocl.icd"));
+    return false;
+  }
+
   void expect_no_platform(const std::string& place, const std::vector<std::string>& parts) const {
     std::vector<std::string> all{"no OpenCL platform was found", "install one"};
     all.insert(all.end(), parts.begin(), parts.end());
@@ -59,13 +67,7 @@ TEST_F(BrokenInstallation, ALibraryThatIsNoPlatform) {
 }
 
 TEST_F(BrokenInstallation, ABrokenVendorBesideAGoodOneIsShownAndDoesNoHarm) {
-  bool good = false;
-  for (const auto& entry : fs::directory_iterator("/etc/OpenCL/vendors"))
-    if (entry.path().filename() == "pocl.icd") {
-      fs::copy(entry.path(), path("vendors/pocl.icd"));
-      good = true;
-    }
-  if (!good) GTEST_SKIP() << "PoCL is not installed system-wide";
+  if (!has_pocl()) GTEST_SKIP() << "PoCL is not installed system-wide";
   write("vendors/gone.icd", "libgone.so\n");
   const Outcome devices = run_well({"devices"}, vendors(path("vendors")));
   EXPECT_THAT(devices.out, HasSubstr("! " + path("vendors/gone.icd") + ": libgone.so: cannot"));
@@ -73,6 +75,16 @@ TEST_F(BrokenInstallation, ABrokenVendorBesideAGoodOneIsShownAndDoesNoHarm) {
   EXPECT_THAT(devices.out, HasSubstr("The default is 0"));
   write_particles("in.ply", block(3));
   const Outcome outcome = run_well({"extract", "in.ply", "-o", "a.png"}, vendors(path("vendors")));
+}
+
+TEST_F(BrokenInstallation, APlatformWithoutDevicesIsNamed) {
+  if (!has_pocl()) GTEST_SKIP() << "PoCL is not installed system-wide";
+  Conditions no_device = vendors(path("vendors"));
+  no_device.environment.emplace_back("POCL_DEVICES", "none");
+  for (const char* command : {"devices", "verify"})
+    expect_error(run({command}, no_device), 1,
+                 {"no usable OpenCL device was found; platform Portable Computing Language has no "
+                  "device"});
 }
 
 TEST_F(BrokenInstallation, ANewerTbbThatCannotBeLoadedIsTriedOnce) {

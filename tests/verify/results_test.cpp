@@ -218,6 +218,71 @@ TEST(VerifyRun, ComparisonShowsWhatDiffersAndNothingElse) {
               HasSubstr("2 rows are the same, 0 differ"));
 }
 
+// Of a kernel with a fault thousands of rows differ, most of them of kernels that it kept from
+// running.
+TEST(VerifyRun, ComparisonTellsFailuresFirstAndSkipsAsANumber) {
+  DeviceResults good, bad;
+  for (const char* kernel : {"after", "broken"})
+    for (const char* size : {"block", "one", "none"}) {
+      good.rows.push_back(row("kernel", kernel, Result::pass));
+      good.rows.back().size = size;
+    }
+  bad = good;
+  for (Row& one : bad.rows) {
+    one.result = one.kernel == "broken" ? Result::fail : Result::skip;
+    one.reason = one.kernel == "broken" ? "other bits" : "the case ended before";
+    one.ulp = -1;
+  }
+  EXPECT_THAT(comparison_of(good, bad),
+              AllOf(HasSubstr("0 rows are the same, 6 differ (6 of them required)\n"
+                              "kernel broken, width 8, block and on 2 others\n"
+                              "  A  pass, same bits\n  B  fail: other bits\n"
+                              "skipped in B alone: 3 rows, the first kernel after, width 8, block: "
+                              "the case ended before\n")));
+  EXPECT_THAT(comparison_of(bad, good), HasSubstr("\nskipped in A alone: 3 rows"));
+}
+
+TEST(VerifyRun, DevicesOfOneNameAreToldApart) {
+  VerifyRun run = two_devices();
+  run.devices[0].device = run.devices[1].device;
+  run.devices.push_back(two_devices().devices[0]);
+  const VerifyRun back = run_from_json(to_json(run), "a.json");
+  EXPECT_EQ(title_of(back.devices[0]), "Other (Else, driver 1), device 0");
+  EXPECT_EQ(title_of(back.devices[1]), "Other (Else, driver 1), device 1");
+  EXPECT_EQ(title_of(back.devices[2]), "PoCL <1> (Portable, driver 3.1)");
+  EXPECT_THAT(table_of(back), AllOf(HasSubstr("Other (Else, driver 1), device 0, OpenCL 1.2\n"),
+                                    HasSubstr("Other (Else, driver 1), device 1, OpenCL 1.2\n")));
+  EXPECT_THAT(to_junit(back), AllOf(HasSubstr("\"Other (Else, driver 1), device 0.kernel\""),
+                                    HasSubstr("\"Other (Else, driver 1), device 1.kernel\"")));
+  EXPECT_THAT(to_html(back), AllOf(HasSubstr("Else, driver 1, device 0</small>"),
+                                   HasSubstr("<small>Else, driver 1, device 1</small>")));
+}
+
+TEST(VerifyRun, SaysWhatToDoAboutFailures) {
+  VerifyRun run = two_devices();
+  EXPECT_THAT(advice_of(run),
+              testing::ElementsAre(HasSubstr("do not use it"),
+                                   HasSubstr("verify --kernel fit_particles --repro DIR makes")));
+  EXPECT_THAT(to_html(run), HasSubstr("--kernel fit_particles --repro DIR"));
+  for (Row& one : run.devices[1].rows) one.required = false;
+  EXPECT_THAT(advice_of(run), testing::ElementsAre(StartsWith("Not required is what frames")));
+  run.devices.pop_back();
+  EXPECT_THAT(advice_of(run), testing::IsEmpty());
+}
+
+// Where nothing builds, a row is of a case and names no kernel.
+TEST(VerifyRun, ACaseIsNotCalledAKernelNorNamedTwice) {
+  VerifyRun run = two_devices();
+  Row& one = run.devices[1].rows[0];
+  one.kernel = "fit on block";
+  one.size = "fit on block, 101 particles, 24x17";
+  one.ulp = -1;
+  one.reason = "fit.cl did not build";
+  EXPECT_EQ(failure_of(one),
+            "FAILED case fit on block, width 8, 101 particles, 24x17: fit.cl did not build");
+  EXPECT_THAT(advice_of(run), testing::SizeIs(1)) << "it has no reproducer";
+}
+
 TEST(VerifyRun, FramesAreComparedWhateverTheVectorWidth) {
   VerifyRun run = two_devices();
   run.devices[1] = run.devices[0];

@@ -79,10 +79,13 @@ void show_devices(bool json) {
       printed("\nThe default is %d: %s. Choose another by --device with its number, a part of its "
               "name, cpu or gpu.\n",
               chosen, why.c_str()));
-  if (const std::string folder = program_cache_folder(); !keeps_programs(folder))
+  const std::string folder = program_cache_folder();
+  if (folder.empty())
+    print_line(stdout, "Built kernels are not kept: set MENISCUS_CACHE_DIR, or HOME.");
+  else if (!keeps_programs(folder))
     print_line(stdout, "Built kernels are not kept: " + folder +
                            " must be a folder that this user alone may write into.");
-  else if (!folder.empty())
+  else
     print_line(stdout, "Built kernels are kept in " + folder + "; remove it to build them anew.");
 }
 

@@ -38,8 +38,10 @@ verify::VerifyRun verify_with_progress(const VerifyOptions& options) {
   std::string device;
   verify::Watch watch;
   watch.step = [&](const verify::Step& step) {
-    if (!progress || step.device != device) {
-      device = step.device;
+    const std::string name =
+        step.number < 0 ? step.device : std::to_string(step.number) + " " + step.device;
+    if (!progress || name != device) {
+      device = name;
       progress.reset();
       progress.emplace(device.substr(0, 36), "", static_cast<std::int64_t>(step.items),
                        options.quiet);
@@ -141,6 +143,7 @@ verify::VerifyRun verify_and_print(const VerifyOptions& options) {
       print_line(stdout,
                  "kernels and references only: without --kernel probes, limits, whole frames and "
                  "known flaws are tested, too");
+    for (const std::string& advice : verify::advice_of(run)) print_line(stdout, advice);
     if (request.program.empty())
       print_line(stdout, "canonical bits: " + verify::shipped_canonical().origin.words());
   }

@@ -108,6 +108,11 @@ TEST_F(ProgramUsage, DevicesSaysWhereBuiltKernelsAreKeptAndWhereTheyAreNot) {
   EXPECT_THAT(run({"devices"}, there).out, HasSubstr("kept in " + path("cache") + "; remove it"));
   std::filesystem::permissions(path("cache"), std::filesystem::perms::all);  // others may write
   EXPECT_THAT(run({"devices"}, there).out, HasSubstr("not kept: " + path("cache") + " must be"));
+  write("file", "");  // no folder can be made below it
+  const Conditions nowhere{{{"MENISCUS_CACHE_DIR", path("file/cache")}}};
+  EXPECT_THAT(run({"devices"}, nowhere).out, HasSubstr("not kept: " + path("file/cache")));
+  const Conditions not_yet{{{"MENISCUS_CACHE_DIR", path("a/b/cache")}}};
+  EXPECT_THAT(run({"devices"}, not_yet).out, HasSubstr("kept in " + path("a/b/cache")));
 }
 
 TEST_F(ProgramUsage, FullStandardOutputIsAnError) {
