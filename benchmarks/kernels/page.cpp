@@ -14,6 +14,7 @@ constexpr char kStyle[] = R"css(
 @media (prefers-color-scheme: dark) { :root { --roof: #b4bfcc; } }
 .bars { display: grid; grid-template-columns: max-content minmax(9rem, 1fr) minmax(9rem, 1fr) minmax(9rem, 1fr) max-content;
   gap: .42rem 1.3rem; align-items: center; min-width: 44rem; }
+.bars.alone { grid-template-columns: max-content minmax(9rem, 1fr) max-content; min-width: 0; }
 .bars .head { color: var(--soft); font-size: 12.5px; }
 .bars .name { font-weight: 550; } .bars .name small { display: block; color: var(--soft); font-weight: 400; line-height: 1.2; }
 .bar { position: relative; height: 20px; background: var(--grid); border-radius: 3px; }
@@ -59,12 +60,15 @@ std::string times(double ratio) {
 std::string verdict_bars(const std::vector<Verdict>& verdicts, const Session& session) {
   const std::string all = session.threads > 1 ? printed("on %d threads", session.threads)
                                               : std::string("on all threads");
-  std::string text =
-      "<div class=\"panel\"><div class=\"bars\">\n"
-      "<div class=\"head\">kernel</div><div class=\"head\">share of the roofline"
-      "</div><div class=\"head\">speed against native C++, 1 thread</div>"
-      "<div class=\"head\">" +
-      all + "</div><div class=\"head\"></div>\n";
+  const bool native = has_native(session);
+  std::string text = std::string("<div class=\"panel\"><div class=\"bars") +
+                     (native ? "" : " alone") +
+                     "\">\n<div class=\"head\">kernel</div><div class=\"head\">share of the "
+                     "roofline</div>";
+  if (native)
+    text += "<div class=\"head\">speed against native C++, 1 thread</div><div class=\"head\">" +
+            all + "</div>";
+  text += "<div class=\"head\"></div>\n";
   for (const Verdict& v : verdicts) {
     if (v.session != &session) continue;
     text += "<div class=\"name\">" + escaped(v.result->kernel) + "<small>" +
@@ -74,9 +78,9 @@ std::string verdict_bars(const std::vector<Verdict>& verdicts, const Session& se
     constexpr double kFull = 1.25;  // faster than that is all the same
     const double one = session.threads == 1 ? v.against_all : v.against_one;
     const double several = session.threads == 1 ? 0 : v.against_all;
-    // Without the processor's flags native versions are no measure: a figure, and no bar.
-    for (const double ratio : {one, several})
-      text += bar(session.native_flags ? ratio : 0, kGoodAgainstNative, kFull, times(ratio));
+    if (native)
+      for (const double ratio : {one, several})
+        text += bar(ratio, kGoodAgainstNative, kFull, times(ratio));
     text += "<div>" + chip(v) + "</div>\n";
   }
   return text + "</div></div>\n";
@@ -94,8 +98,8 @@ std::string results_rows(const Session& session) {
         "</td><td>%s</td><td>%s</td><td>%s</td><td class=\"word\">%s</td><td>%s"
         "</td></tr>\n",
         r.variant == kNative ? " class=\"native\"" : "", escaped(r.kernel).c_str(),
-        escaped(r.variant).c_str(), grouped(r.particles).c_str(), three_digits(r.best_ms()).c_str(),
-        100 * r.noise_ms() / r.best_ms(),
+        escaped(variant_text(session, r)).c_str(), grouped(r.particles).c_str(),
+        three_digits(r.best_ms()).c_str(), 100 * r.noise_ms() / r.best_ms(),
         escaped(with_prefix(r.rate()) + " " + r.unit + "/s").c_str(),
         three_digits(r.gb_per_s()).c_str(), count_text(r.gflops()).c_str(),
         count_text(r.intensity()).c_str(), escaped(share_text(r, share)).c_str(),
@@ -110,7 +114,7 @@ std::string comparison_rows(const SessionPair& pair) {
   std::string text = "<p><strong>Before:</strong> " + escaped(title_of(*pair.before)) +
                      ". <strong>After:</strong> " + escaped(title_of(*pair.after)) + ".</p>\n";
   text += "<p>" + escaped(roofline_ratio(pair)) + ".</p>\n";
-  const std::vector<Difference> differences = compare(*pair.before, *pair.after);
+  const std::vector<Difference> differences = changed_first(compare(*pair.before, *pair.after));
   if (differences.empty()) return text + "<p>" + escaped(kNothingInCommon) + "</p>\n";
   text +=
       "<div class=\"panel\"><table><tr><th>kernel</th><th class=\"word\">variant</th>"
@@ -122,7 +126,7 @@ std::string comparison_rows(const SessionPair& pair) {
         "<tr><td>%s</td><td class=\"word\">%s</td><td>%s</td><td>%s</td><td>%s</td>"
         "<td>%.2f</td><td>%.0f %%</td><td class=\"word\"><span class=\"chip %s\">%s"
         "</span></td></tr>\n",
-        escaped(d.after.kernel).c_str(), escaped(d.after.variant).c_str(),
+        escaped(d.after.kernel).c_str(), escaped(variant_text(*pair.after, d.after)).c_str(),
         grouped(d.after.particles).c_str(), three_digits(d.before.best_ms()).c_str(),
         three_digits(d.after.best_ms()).c_str(), d.ratio(), 100 * d.noise(), kind, verdict_on(d));
   }

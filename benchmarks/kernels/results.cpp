@@ -145,12 +145,11 @@ const Result* Session::native_of(const Result& result) const {
 }
 
 double Session::against_native(const Result& result) const {
-  const Result* const native = native_of(result);
+  const Result* const native = native_flags ? native_of(result) : nullptr;
   return native ? native->best_ms() / result.best_ms() : 0;
 }
 
 double Verdict::against_native() const {
-  if (!session->native_flags) return 0;
   if (!(against_one > 0)) return against_all;
   return against_all > 0 ? std::min(against_one, against_all) : against_one;
 }
@@ -184,7 +183,7 @@ std::vector<Verdict> judge(const BenchRun& run) {
       if (larger) continue;
       Verdict verdict{&session, &result, share_of_roofline(result, session.roofline), 0, 0};
       verdict.against_all = session.against_native(result);
-      if (single)
+      if (single && session.native_flags)
         if (const Result* one =
                 single->find(result.kernel, kDevice, result.particles, result.width, result.height))
           verdict.against_one = single->against_native(*one);

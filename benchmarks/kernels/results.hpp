@@ -67,7 +67,8 @@ struct Session {
   const Result* find(const std::string& kernel, const std::string& variant, long long particles,
                      int width, int height) const;
   const Result* native_of(const Result& result) const;
-  /// The device's speed over the native version's, 0 where there is none.
+  /// The device's speed over the native version's, 0 where there is none that is compiled for this
+  /// processor.
   double against_native(const Result& result) const;
 };
 
@@ -94,8 +95,7 @@ struct Verdict {
   Share share;             // of the roofline
   double against_one = 0;  // native version on one thread; 0: not measured
   double against_all = 0;  // native version on all threads; 0: not measured
-  /// The smaller of the two ratios to the native version's speed that were measured; 0: none was,
-  /// or native versions are not compiled for this processor.
+  /// The smaller of the two ratios to the native version's speed that were measured; 0: none was.
   double against_native() const;
   /// At least kGoodShare of the roofline, or kGoodAgainstNative of the native version's speed.
   bool near_limit() const;

@@ -96,8 +96,8 @@ Case prepare_smooth_rows(Frame& frame) { return prepare_pass(frame, false); }
 Case prepare_normals(Frame& frame) {
   const auto maps = maps_of(frame);
   Case result{.unit = "pixels", .items = maps->open};
-  // A depth read; a normal written, for pixels without surface as well.
-  result.bytes = 4 * maps->open + 12.0 * static_cast<double>(maps->grid.size());
+  // A depth read and a normal written, for pixels without surface as well.
+  result.bytes = 16.0 * static_cast<double>(maps->grid.size());
   // Five rays 16 each, differences of points 24, of depths 6, cross product 9, sign 4, length 6,
   // scale 4.
   result.operations = 133 * maps->open;

@@ -53,9 +53,25 @@ std::vector<std::string> warnings_on(const Session& session, const Session* one_
                                       [](const Result& r) { return r.variant == kNative; });
   if (has_native && !session.native_flags)
     warnings.emplace_back(
-        "native versions are not compiled for this processor (build with "
-        "-DMENISCUS_NATIVE_BENCHMARKS=ON): no verdict is drawn from them");
+        "native versions are not compiled for this processor (configure with "
+        "-DMENISCUS_NATIVE_BENCHMARKS=ON) and slower than they could be: they are marked native*, "
+        "kernels are not measured by them, and no verdict is drawn from them");
   return warnings;
+}
+
+std::string variant_text(const Session& session, const Result& result) {
+  return result.variant + (result.variant == kNative && !session.native_flags ? "*" : "");
+}
+
+bool has_native(const Session& session) {
+  return std::any_of(session.results.begin(), session.results.end(),
+                     [&](const Result& r) { return session.against_native(r) > 0; });
+}
+
+std::vector<Difference> changed_first(std::vector<Difference> differences) {
+  std::stable_partition(differences.begin(), differences.end(),
+                        [](const Difference& d) { return d.exceeds_noise(); });
+  return differences;
 }
 
 std::string share_text(const Result& result, const Share& share) {
@@ -81,19 +97,21 @@ std::string results_table(const BenchRun& run) {
     for (const std::string& warning : warnings_on(session, one_thread_of(run, session)))
       text += "  warning: " + warning + "\n";
     text += "\n";
-    text +=
-        printed("%-20s %-7s %10s %9s %6s %18s %7s %8s %16s %9s\n", "kernel", "variant", "particles",
-                "ms", "noise", "rate", "GB/s", "GFLOP/s", "of roofline", "x native");
+    const bool native = has_native(session);
+    text += printed("%-20s %-7s %10s %9s %6s %18s %7s %8s %16s%s\n", "kernel", "variant",
+                    "particles", "ms", "noise", "rate", "GB/s", "GFLOP/s", "of roofline",
+                    native ? "  x native" : "");
     for (const Result& r : session.results) {
       const Share share = share_of_roofline(r, session.roofline);
       text += printed(
-          "%-20s %-7s %10s %9s %5.0f%% %18s %7s %8s %16s %9s\n", r.kernel.c_str(),
-          r.variant.c_str(), grouped(r.particles).c_str(), three_digits(r.best_ms()).c_str(),
-          100 * r.noise_ms() / r.best_ms(), (with_prefix(r.rate()) + " " + r.unit + "/s").c_str(),
-          three_digits(r.gb_per_s()).c_str(), count_text(r.gflops()).c_str(),
+          "%-20s %-7s %10s %9s %5.0f%% %18s %7s %8s %16s%s\n", r.kernel.c_str(),
+          variant_text(session, r).c_str(), grouped(r.particles).c_str(),
+          three_digits(r.best_ms()).c_str(), 100 * r.noise_ms() / r.best_ms(),
+          (with_prefix(r.rate()) + " " + r.unit + "/s").c_str(), three_digits(r.gb_per_s()).c_str(),
+          count_text(r.gflops()).c_str(),
           share.counted() ? printed("%.0f%% %s", 100 * share.value, share.limit.c_str()).c_str()
                           : share_text(r, share).c_str(),
-          ratio_text(session.against_native(r)).c_str());
+          native ? printed(" %9s", ratio_text(session.against_native(r)).c_str()).c_str() : "");
       if (!r.note.empty()) text += "  note: " + r.note + "\n";
     }
     text += "\n";
@@ -129,31 +147,38 @@ const char* verdict_in_words(const Verdict& v) {
 }  // namespace
 
 std::string verdict_table(const BenchRun& run) {
+  const bool any_native = std::any_of(run.sessions.begin(), run.sessions.end(), has_native);
   std::string text = printed(
-      "Verdicts are for the largest frame, on all threads.\n"
-      "x native: the speed over that of the native version, on one thread and on all (n).\n"
-      "At the roofline: at least %.0f%% of it. As native: x native is at least %.1f, on one\n"
-      "thread and on all, as far as both were measured; faster than native: at least %.2f.\n"
-      "Slower: below both. Open: below the roofline, and no native version tells whether more\n"
-      "is possible. Noise: how far the fastest quarter of the launches reaches above the\n"
-      "fastest one.\n\n",
-      100 * kGoodShare, kGoodAgainstNative, kFasterThanNative);
+      "Verdicts are for the largest frame, on all threads. Noise: how far the fastest quarter\n"
+      "of the launches reaches above the fastest one. At the roofline: at least %.0f%% of it.\n",
+      100 * kGoodShare);
+  if (any_native)
+    text += printed(
+        "x native: the speed over that of the native version, on one thread and on all (n).\n"
+        "As native: x native is at least %.1f, on one thread and on all, as far as both were\n"
+        "measured; faster than native: at least %.2f. Slower: below both and below the roofline.\n",
+        kGoodAgainstNative, kFasterThanNative);
+  text += "Open: below the roofline, and no native version tells whether more is possible.\n\n";
   const std::vector<Verdict> verdicts = farthest_first(judge(run));
   for (const Session& session : run.sessions) {
     const bool judged = std::any_of(verdicts.begin(), verdicts.end(),
                                     [&](const Verdict& v) { return v.session == &session; });
     if (!judged) continue;
     text += title_of(session) + "\n";
-    text += printed("%-20s %10s %9s %6s %24s %12s %12s  %s\n", "kernel", "particles", "ms", "noise",
-                    "of roofline", "x native, 1", "x native, n", "verdict");
-    for (const Verdict& v : verdicts)
-      if (v.session == &session)
-        text +=
-            printed("%-20s %10s %9s %5.0f%% %24s %12s %12s  %s\n", v.result->kernel.c_str(),
-                    grouped(v.result->particles).c_str(), three_digits(v.result->best_ms()).c_str(),
-                    100 * v.result->noise_ms() / v.result->best_ms(),
-                    share_text(*v.result, v.share).c_str(), ratio_text(v.against_one).c_str(),
-                    ratio_text(v.against_all).c_str(), verdict_in_words(v));
+    const bool native = has_native(session);
+    text += printed("%-20s %10s %9s %6s %24s%s  %s\n", "kernel", "particles", "ms", "noise",
+                    "of roofline", native ? "  x native, 1  x native, n" : "", "verdict");
+    for (const Verdict& v : verdicts) {
+      if (v.session != &session) continue;
+      const std::string ratios = native ? printed(" %12s %12s", ratio_text(v.against_one).c_str(),
+                                                  ratio_text(v.against_all).c_str())
+                                        : std::string();
+      text +=
+          printed("%-20s %10s %9s %5.0f%% %24s%s  %s\n", v.result->kernel.c_str(),
+                  grouped(v.result->particles).c_str(), three_digits(v.result->best_ms()).c_str(),
+                  100 * v.result->noise_ms() / v.result->best_ms(),
+                  share_text(*v.result, v.share).c_str(), ratios.c_str(), verdict_in_words(v));
+    }
     text += "\n";
   }
   return text;
@@ -193,7 +218,7 @@ std::string comparison_table(const std::vector<SessionPair>& pairs) {
       if (session->disturbed())
         text += (session == pair.before ? "before: " : "after:  ") + disturbance(*session) + "\n";
     text += roofline_ratio(pair) + "\n";
-    const std::vector<Difference> differences = compare(*pair.before, *pair.after);
+    const std::vector<Difference> differences = changed_first(compare(*pair.before, *pair.after));
     if (differences.empty()) {
       text += std::string(kNothingInCommon) + "\n\n";
       continue;
@@ -203,7 +228,7 @@ std::string comparison_table(const std::vector<SessionPair>& pairs) {
     for (const Difference& d : differences)
       text +=
           printed("%-20s %-7s %10s %10s %10s %8.2f %7.0f%%  %s\n", d.after.kernel.c_str(),
-                  d.after.variant.c_str(), grouped(d.after.particles).c_str(),
+                  variant_text(*pair.after, d.after).c_str(), grouped(d.after.particles).c_str(),
                   three_digits(d.before.best_ms()).c_str(), three_digits(d.after.best_ms()).c_str(),
                   d.ratio(), 100 * d.noise(), verdict_on(d));
     text += "\n" + change_summary(differences) + "\n\n";

@@ -26,6 +26,15 @@ std::string roofline_line(const Roofline& roofline);
 /// session of the same device with one thread; may be null.
 std::vector<std::string> warnings_on(const Session& session, const Session* one_thread);
 
+/// "device" or "native"; "native*" where that is not compiled for this processor.
+std::string variant_text(const Session& session, const Result& result);
+
+/// Whether kernels of a session were measured by native versions.
+bool has_native(const Session& session);
+
+/// Those that exceed the noise before those that do not.
+std::vector<Difference> changed_first(std::vector<Difference> differences);
+
 /// "80% of 511 GB/s", "95% of a launch, 2.1 us", "not counted" or "stage, wall time".
 std::string share_text(const Result& result, const Share& share);
 

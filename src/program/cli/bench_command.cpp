@@ -50,12 +50,15 @@ void add_bench_command(CLI::App& program) {
   command
       .add_option("--json", o.json, "write the results as JSON; -: to standard output, no table")
       ->type_name("FILE");
+  const std::vector<CLI::Option*> of_a_run = command.get_options();
   command.add_option("--html", o.html, "write one page with bars and roofline plots")
       ->type_name("FILE");
   command
       .add_option("--compare", o.compare,
-                  "JSON of an earlier run: say which differences exceed the noise")
-      ->type_name("OLD.json");
+                  "JSON of an earlier run: say which differences exceed the noise; with the "
+                  "JSON of a later run behind it nothing is measured")
+      ->expected(1, 2)
+      ->type_name("OLD.json [NEW.json]");
   add_list_option(command, o.list);
   command.add_flag("-q,--quiet", o.quiet, "print no progress");
   const std::vector<CLI::Option*> own = command.get_options();
@@ -63,8 +66,13 @@ void add_bench_command(CLI::App& program) {
   for (CLI::App* frame : command.get_subcommands({}))
     for (CLI::Option* option : own)
       if (option != command.get_help_ptr()) frame->excludes(option);
-  command.callback([options, &command] {
-    if (command.get_subcommands().empty()) bench_kernels(*options);
+  command.callback([options, of_a_run, &command] {
+    if (!command.get_subcommands().empty()) return;
+    for (const CLI::Option* option : of_a_run)
+      if (options->compare.size() == 2 && option->count() > 0)
+        throw usage_error(option->get_name() +
+                          " is given with two files of --compare, of which none is measured");
+    bench_kernels(*options);
   });
 }
 

@@ -14,7 +14,8 @@ struct BenchOptions {
   std::array<int, 2> size{1024, 768};  // pixels
   int threads = 0;                     // 0: one and all
   int repetitions = 20;
-  std::string json, html, compare;  // files; json "-" is standard output
+  std::string json, html;            // files; json "-" is standard output
+  std::vector<std::string> compare;  // an earlier run; or two, and nothing is measured
   bool quiet = false, list = false;
 };
 

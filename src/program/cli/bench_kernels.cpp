@@ -72,13 +72,13 @@ void check_comparison(const bench::BenchRun& old, const BenchOptions& options,
   const bench::MeasureOptions measure = measure_options(options);
   if (!bench::has_any(old, bench::chosen_names(measure.kernels), measure.particles, measure.width,
                       measure.height))
-    throw usage_error("--compare: " + options.compare +
+    throw usage_error("--compare: " + options.compare.front() +
                       " has none of these kernels at these sizes; it has " + bench::sizes_of(old) +
                       " (give its --kernel, --particles and --size)");
   for (const DeviceInfo& info : devices)
     if (std::none_of(old.sessions.begin(), old.sessions.end(),
                      [&](const bench::Session& session) { return session.device == info.name; }))
-      print_line(stderr, "meniscus: warning: --compare: " + options.compare + " is of " +
+      print_line(stderr, "meniscus: warning: --compare: " + options.compare.front() + " is of " +
                              old.sessions.front().device + ", this run is of " + info.name +
                              ": two devices are compared");
 }
@@ -110,20 +110,37 @@ bench::BenchRun measure(const BenchOptions& options, const std::vector<DeviceInf
   return run;
 }
 
+bench::BenchRun read_run(const std::string& path) {
+  return bench::from_json(read_file(path).bytes, path);
+}
+
+// Two earlier runs: nothing is measured.
+void compare_runs(const BenchOptions& options) {
+  std::optional<OutputFile> html;
+  if (!options.html.empty()) html.emplace(options.html);
+  const bench::BenchRun before = read_run(options.compare[0]), after = read_run(options.compare[1]);
+  const std::vector<bench::SessionPair> pairs = bench::pair_sessions(&before, after);
+  if (html) {
+    html->write(bench::to_html(after, pairs));
+    html->commit();
+  }
+  print_lines(stdout, bench::comparison_table(pairs));
+}
+
 }  // namespace
 
 void bench_kernels(const BenchOptions& options) {
   if (options.list) return print_names(bench::kernel_names());
+  // Files that cannot be read or written are better known now than later.
+  as_usage([&] { check_outputs({options.compare, {}}, {}, {options.json, options.html}); });
+  if (!options.html.empty()) check_page_name("--html", options.html);
+  if (options.compare.size() == 2) return compare_runs(options);
   check_parts_of_names("--kernel", options.kernels, bench::kernel_names());
   use_threads(options.threads);
   constexpr std::int64_t kBytes = 250;  // of a particle with all that the kernels are given
   require_memory(std::ranges::max(options.particles), kBytes);
-  // Files that cannot be read or written are better known now than later.
-  as_usage([&] { check_outputs({{options.compare}, {}}, {}, {options.json, options.html}); });
-  if (!options.html.empty()) check_page_name("--html", options.html);
   std::optional<bench::BenchRun> old;
-  if (!options.compare.empty())
-    old = bench::from_json(read_file(options.compare).bytes, options.compare);
+  if (!options.compare.empty()) old = read_run(options.compare.front());
   const bool to_output = options.json == "-";
   std::optional<OutputFile> json, html;
   if (!options.json.empty() && !to_output) json.emplace(options.json);

@@ -10,6 +10,7 @@
 namespace meniscus::test {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -99,6 +100,23 @@ TEST_F(ProgramBenchKernels, ComparesWithAnEarlierRun) {
   out = compared();
   EXPECT_THAT(out, HasSubstr("undecided"));
   EXPECT_THAT(out, HasSubstr("0 of 1 kernel time changed by more than the noise, 1 undecided"));
+}
+
+TEST_F(ProgramBenchKernels, ComparesTwoEarlierRunsAndMeasuresNothing) {
+  run_well(tiny({"-q", "--threads", "1", "--json", "old.json"}));
+  auto json = nlohmann::json::parse(read("old.json"));
+  for (auto& result : json["sessions"][0]["results"])
+    if (result["variant"] == "device") result["ms"] = {1000 * result["best_ms"].get<double>()};
+  write("new.json", json.dump());
+  const Outcome outcome =
+      run_well({"bench", "--compare", "old.json", "new.json", "--html", "page.html"});
+  EXPECT_THAT(outcome.err, IsEmpty());
+  EXPECT_THAT(outcome.out, AllOf(HasSubstr("before: old.json: "), HasSubstr("after:  new.json: "),
+                                 HasSubstr(" slower\n")));
+  EXPECT_THAT(read("page.html"), HasSubstr("<h2>Comparison"));
+  expect_error(run({"bench", "--compare", "old.json", "new.json", "--threads", "1"}), 2,
+               {"--threads is given with two files of --compare"});
+  expect_error(run({"bench", "--compare", "old.json", "none.json"}), 1, {"none.json"});
 }
 
 TEST_F(ProgramBenchKernels, WhatCannotBeComparedIsNotMeasured) {
