@@ -130,7 +130,7 @@ void translate(const std::exception_ptr& thrown, void*) {
   } catch (const DeviceError& error) {
     raise("DeviceError", error);
   } catch (const InputError& error) {
-    raise("InputError", error);
+    raise(error.notice.code == Code::missing_file ? "MissingFileError" : "InputError", error);
   } catch (const OutputError& error) {
     raise("OutputError", error);
   } catch (const InvalidArgument& error) {
@@ -212,9 +212,10 @@ void bind_camera(nb::module_& module) {
       .def_ro("view", &Camera::view)
       .def_ro("projection", &Camera::projection);
   module.def("look_at", &look_at);
-  module.def("frame_camera", [](const Frame& frame, int width, int height) {
+  module.def("frame_camera", [](const Frame& frame, const std::array<double, 3>& up, double fov,
+                                int width, int height) {
     const nb::gil_scoped_release released;
-    return frame_particles(*frame.source, width, height);
+    return frame_particles(*frame.source, {up, fov, width, height});
   });
   module.def("read_camera", &read_camera);
 }

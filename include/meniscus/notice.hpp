@@ -42,6 +42,9 @@ enum class Code {
   unknown_method,          // `subject` is not the name of one
   memory_too_small,        // `found` bytes, must be at least `wanted`
 
+  // Of files:
+  missing_file,  // there is none of the name `subject`
+
   extracted_again,  // in smaller parts, after the device ran out of memory
 };
 

@@ -23,7 +23,7 @@ except ImportError as error:
 from ._camera import Camera
 from ._device import STREAM_MEMORY, Device, default_device, devices, extract, extract_closed
 from ._errors import (Cancelled, DeviceError, Error, InputError, InvalidArgument, MeniscusWarning,
-                      Notice, OutOfDeviceMemory, OutputError)
+                      MissingFileError, Notice, OutOfDeviceMemory, OutputError)
 from ._particles import Particles, open_particles, read_particles
 from ._surface import Mesh, Surface, Whitewater, read_exr, write
 
@@ -41,6 +41,6 @@ def named_parameters() -> list[dict[str, object]]:
 
 
 __all__ = ["STREAM_MEMORY", "Camera", "Cancelled", "Device", "DeviceError", "Error", "InputError",
-           "InvalidArgument", "Mesh", "MeniscusWarning", "Notice", "OutOfDeviceMemory", "OutputError",
-           "Particles", "Surface", "Whitewater", "default_device", "devices", "extract", "extract_closed",
+           "InvalidArgument", "Mesh", "MeniscusWarning", "MissingFileError", "Notice",
+           "OutOfDeviceMemory", "OutputError", "Particles", "Surface", "Whitewater", "default_device", "devices", "extract", "extract_closed",
            "methods", "named_parameters", "open_particles", "read_exr", "read_particles", "write"]

@@ -8,7 +8,7 @@ import os
 import threading
 import warnings as _warnings
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -61,6 +61,9 @@ class Device:
     def name(self) -> str:
         return self.info["name"]
 
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("a Device cannot be pickled or copied: open one in each process")
+
     def __repr__(self) -> str:
         return f"<meniscus.Device: {self.name} ({self.info['platform']})>"
 
@@ -97,6 +100,22 @@ def _number(name: str, value: Any) -> float:
         return float(value)
     except (TypeError, ValueError):
         raise InvalidArgument(f"{name} is {value!r}, must be a number") from None
+
+
+def _bytes(memory: int) -> int:
+    try:
+        count = -1 if isinstance(memory, str) else int(memory)
+    except (TypeError, ValueError, OverflowError):
+        count = -1
+    if not 0 <= count < 1 << 63:
+        raise InvalidArgument(f"memory is {memory!r}, must be a number of bytes, as 128 << 20")
+    return count
+
+
+def _watched(progress: Callable[[str], object] | None) -> Callable[[str], object] | None:
+    if progress is not None and not callable(progress):
+        raise InvalidArgument(f"progress is {progress!r}, must be callable with a stage's name")
+    return progress
 
 
 def _set(bare: _core.Parameters, parameters: Mapping[str, float], call: Callable[..., object]) -> None:
@@ -189,8 +208,9 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
     bare.particle_radius = _number("particle_radius", particle_radius)
     _set(bare, parameters, extract)
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
+    memory = _bytes(memory)
     made = _core.extract(_opened(device), frame, camera._bare(), bare, memory,
-                         timings, progress)
+                         timings, _watched(progress))
     del keep
     if whitewater:
         _draw_whitewater(made, whitewater, device, memory, timings, progress)
@@ -247,7 +267,8 @@ def extract_closed(points: ArrayLike | Particles, *, cell: float = 1, adaptive: 
     _set(bare, parameters, extract_closed)
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
     made = _core.extract_closed(_opened(device), frame, _number("cell", cell),
-                                _number("adaptive", adaptive), int(memory), bare, progress)
+                                _number("adaptive", adaptive), _bytes(memory), bare,
+                                _watched(progress))
     del keep
     for notice in made.notices:
         warning = MeniscusWarning(notice.text)

@@ -1,6 +1,8 @@
 """What the package raises. The text is one line: where, what was found, what was wanted, what to do."""
 from __future__ import annotations
 
+import errno
+import os
 from dataclasses import dataclass
 
 
@@ -43,6 +45,17 @@ class InputError(Error):
     """A file that is missing, truncated or wrong, or particles of which none can be used."""
 
 
+class MissingFileError(InputError, FileNotFoundError):
+    """A file that is not there."""
+
+    errno = errno.ENOENT
+    strerror = os.strerror(errno)
+
+    @property
+    def filename(self) -> str | None:
+        return self.notice.subject if self.notice else None
+
+
 class OutputError(Error):
     """A file that could not be written completely. Nothing is left under its final name."""
 
@@ -70,6 +83,6 @@ class MeniscusWarning(UserWarning):
     notice: Notice | None = None
 
 
-for _class in (Notice, Error, InputError, OutputError, InvalidArgument, DeviceError,
-               OutOfDeviceMemory, Cancelled, MeniscusWarning):
+for _class in (Notice, Error, InputError, MissingFileError, OutputError, InvalidArgument,
+               DeviceError, OutOfDeviceMemory, Cancelled, MeniscusWarning):
     _class.__module__ = "meniscus"

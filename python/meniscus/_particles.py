@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from os import PathLike
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -99,6 +99,10 @@ class Particles:
 
     def __init__(self, bare: _core.Frame) -> None:
         self._bare = bare
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError("Particles cannot be pickled or copied: pass on their arrays, as "
+                        "particles.points, or the file's name")
 
     def __len__(self) -> int:
         return self._bare.size

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,8 @@ from ._camera import Camera, _camera_of
 from ._errors import InvalidArgument, Notice, OutputError
 from ._files import name_of
 
+_NO_PICKLE = ("a {} cannot be pickled or copied: pass on its arrays, as {}, or write() a file in the "
+              "process that made it")
 _MESHES = (".ply", ".vtp", ".glb", ".obj", ".stl")
 
 
@@ -44,6 +46,9 @@ class Mesh:
     triangles: NDArray[np.uint32]
     attributes: dict[str, NDArray[np.float32]]
     _bare: Any = field(repr=False)
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(_NO_PICKLE.format("Mesh", "mesh.positions and mesh.triangles"))
 
     def __repr__(self) -> str:
         return (f"<meniscus.Mesh: {len(self.positions)} vertices, {len(self.triangles)} triangles"
@@ -170,6 +175,9 @@ class Surface:
     _OF_BARE = ("depth", "normal", "position", "group", "kind", "residual", "velocity", "layers",
                 "thickness", "entry", "exit", "back_normal", "forward", "attributes",
                 "particle_radius", "disorder", "notices", "parameters", "timings")
+
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(_NO_PICKLE.format("Surface", "surface.depth"))
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *self._OF_BARE})

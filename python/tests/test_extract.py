@@ -1,5 +1,7 @@
 """extract(): arrays in, maps and mesh out, against geometry that is known."""
 
+import copy
+import pickle
 import subprocess
 import sys
 import threading
@@ -251,11 +253,27 @@ def test_nothing_gives_an_empty_surface(camera):
     ("camera is a str", lambda p, c: extract(p, "front")),
     ("particle_radius is -1", lambda p, c: extract(p, c, particle_radius=-1)),
     ("memory", lambda p, c: extract(np.tile(p, (150, 1)), c, memory=10)),
+    ("memory is -1, must be a number of bytes", lambda p, c: extract(p, c, memory=-1)),
+    ("memory is '1GB', must be", lambda p, c: extract(p, c, memory="1GB")),
+    ("memory is '1GB', must be", lambda p, c: meniscus.extract_closed(p, memory="1GB")),
+    ("progress is 3, must be callable", lambda p, c: extract(p, c, progress=3)),
+    ("size is .*, must be 1 to 16384", lambda p, c: meniscus.Camera.frame(p, size=(1 << 40, 2))),
+    ("size is .*, must be .width, height", lambda p, c: meniscus.Camera("4", 4, c.view, c.view)),
+    ("view is 'abc', must be", lambda p, c: meniscus.Camera(4, 4, "abc", c.view)),
 ])
 def test_bad_arguments_are_named(points, camera, what, wrong):
     with pytest.raises(meniscus.InvalidArgument, match=what) as caught:
         wrong(points, camera)
     assert isinstance(caught.value, ValueError) and isinstance(caught.value, meniscus.Error)
+
+
+def test_what_cannot_be_pickled_says_what_to_pass_on(points, camera):
+    surface = extract(points, camera)
+    for what, instead in ((surface, "surface.depth"), (surface.mesh, "mesh.positions"),
+                          (meniscus.default_device(), "open one in each process")):
+        for work in (pickle.dumps, copy.deepcopy):
+            with pytest.raises(TypeError, match=f"cannot be pickled.*{instead}"):
+                work(what)
 
 
 def test_parameters_are_those_of_the_program(points, camera):

@@ -1,7 +1,9 @@
 """Cameras, particles and surfaces as files, and the program in the package."""
 
+import errno
 import hashlib
 import os
+import pickle
 import subprocess
 import sys
 import sysconfig
@@ -40,11 +42,30 @@ def test_a_frame_s_camera_shows_all_particles(dam):
     assert meniscus.Camera.frame(particles.points[::7].astype(float)).width == 1024
 
 
+def test_a_frame_s_camera_takes_the_program_s_words(dam, tmp_path):
+    particles = meniscus.read_particles(dam)
+    camera = meniscus.Camera.frame(particles, up="z", fov=60, size=(320, 200))
+    subprocess.run([program(), "extract", dam, "--up", "z", "--fov", "60", "--size", "320x200",
+                    "--write-camera", tmp_path / "camera.json", "-o", tmp_path / "a.png", "-q"],
+                   check=True)
+    assert camera == meniscus.Camera.read(tmp_path / "camera.json")
+    assert camera == meniscus.Camera.frame(particles, up=(0, 0, 1), fov=60, size=(320, 200))
+    assert camera != meniscus.Camera.frame(particles, size=(320, 200))
+    at = dict(eye=(3, 2, 1), target=(0, 0, 0))
+    assert meniscus.Camera.look_at(**at, up="Z") == meniscus.Camera.look_at(**at, up=[0, 0, 1])
+    for wrong in (dict(up="w"), dict(up="yz"), dict(up=(0, 0, 0)), dict(up=3), dict(fov=0),
+                  dict(fov="wide"), dict(fov=180)):
+        with pytest.raises(meniscus.InvalidArgument, match="up|fov|field of view"):
+            meniscus.Camera.frame(particles, **wrong)
+
+
 def test_a_camera_survives_json(tmp_path):
     camera = meniscus.Camera.look_at((.1, .2, 1 / 3), (0, 0, 0), size=(33, 22))
     assert meniscus.Camera.from_json(camera.to_json()) == camera
     camera.write(tmp_path / "camera.json")
     assert meniscus.Camera.read(tmp_path / "camera.json") == camera
+    with pytest.raises(meniscus.OutputError, match="camera.json: cannot be written: No such"):
+        camera.write(tmp_path / "nowhere" / "camera.json")
     for text in ("{", "[]", "{}", '{"width": 1, "height": 1, "view": 1, "projection": 2}'):
         with pytest.raises(meniscus.InvalidArgument, match="camera"):
             meniscus.Camera.from_json(text)
@@ -75,10 +96,25 @@ def test_files_of_particles_are_read(dam, tmp_path):
     assert {"x", "density", "points"} <= set(dir(few))
     assert few.points.tolist() == [[1, 2, 3], [4, 5, 6]]
     assert few.velocities.tolist() == [[4, 5, 6], [7, 8, 9]] and few.radius is None
-    with pytest.raises(meniscus.InputError, match="missing.ply"):
-        meniscus.read_particles(tmp_path / "missing.ply")
     with pytest.raises(AttributeError):
         few.colour
+
+
+@pytest.mark.parametrize("read", [meniscus.read_particles, meniscus.open_particles, meniscus.read_exr,
+                                  meniscus.Camera.read])
+def test_a_missing_file_is_python_s_own_error_too(read, tmp_path):
+    missing = tmp_path / "missing.ply"
+    with pytest.raises(FileNotFoundError, match="missing.ply: cannot be opened: No such") as caught:
+        read(missing)
+    error = caught.value
+    assert isinstance(error, meniscus.InputError)
+    assert (error.errno, error.filename) == (errno.ENOENT, str(missing))
+    assert error.notice.code == "missing_file"
+    again = pickle.loads(pickle.dumps(error))
+    assert str(again) == str(error) and again.filename == error.filename
+    with pytest.raises(meniscus.InputError) as directory:
+        read(tmp_path)
+    assert not isinstance(directory.value, OSError)
 
 
 def test_attributes_of_files_are_read_and_written(points, camera, tmp_path):

@@ -289,17 +289,29 @@ Camera frame_extents(const std::vector<Extent>& extents, const Framing& framing)
 
 }  // namespace
 
+Camera frame_particles(const BorrowedParticles& particles, const Framing& framing) {
+  return frame_extents({extent_of(particles)}, framing);
+}
+
 Camera frame_particles(const BorrowedParticles& particles, int width, int height) {
-  return frame_extents({extent_of(particles)}, {.width = width, .height = height});
+  return frame_particles(particles, {.width = width, .height = height});
+}
+
+Camera frame_particles(const Particles& particles, const Framing& framing) {
+  check(particles);
+  return frame_particles(BorrowedParticles(particles), framing);
 }
 
 Camera frame_particles(const Particles& particles, int width, int height) {
-  check(particles);
-  return frame_particles(BorrowedParticles(particles), width, height);
+  return frame_particles(particles, {.width = width, .height = height});
+}
+
+Camera frame_particles(const ParticleSource& source, const Framing& framing) {
+  return frame_sources({&source}, framing);
 }
 
 Camera frame_particles(const ParticleSource& source, int width, int height) {
-  return frame_sources({&source}, {.width = width, .height = height});
+  return frame_particles(source, {.width = width, .height = height});
 }
 
 Camera frame_sources(const std::vector<const ParticleSource*>& sources, const Framing& framing) {

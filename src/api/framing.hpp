@@ -1,20 +1,12 @@
 // Cameras that frame particles.
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "meniscus/camera.hpp"
 #include "meniscus/source.hpp"
 
 namespace meniscus {
-
-/// How a camera that frames particles looks at them.
-struct Framing {
-  std::array<double, 3> up{0, 1, 0};
-  double fov = 40;  // vertical field of view, degrees
-  int width = 1024, height = 768;
-};
 
 /// The camera that shows the particles of all sources, obliquely from above and from the right, as
 /// large as the image allows; a few that a simulation threw away may be outside. Sources without

@@ -30,6 +30,7 @@ constexpr std::array kNames{
     std::pair{Code::unknown_map, "unknown_map"},
     std::pair{Code::unknown_method, "unknown_method"},
     std::pair{Code::memory_too_small, "memory_too_small"},
+    std::pair{Code::missing_file, "missing_file"},
     std::pair{Code::extracted_again, "extracted_again"},
 };
 

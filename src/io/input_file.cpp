@@ -23,8 +23,11 @@ OpenFile open_input(const std::string& path) {
   if (is_directory(status)) fail(named, "", "is a directory, wanted a file");
   if (is_other(status)) fail(named, "", "is a pipe or a device, wanted a file");
   OpenFile file(std::fopen(path.c_str(), "rb"), &std::fclose);
-  if (!file) fail(named, "", "cannot be opened: " + std::generic_category().message(errno));
-  return file;
+  if (file) return file;
+  const int why = errno;
+  const std::string text = path + ": cannot be opened: " + std::generic_category().message(why);
+  if (why != ENOENT && why != ENOTDIR) throw InputError(text);
+  throw InputError(Notice{.code = Code::missing_file, .text = text, .subject = path});
 }
 
 InputFile read_file(const std::string& path) {

@@ -218,6 +218,7 @@ TEST(FrameParticles, StaysBeyondTheNearPlaneOfWideViews) {
   const Surveyed source(particles);
   for (const double fov : {1.0, 40.0, 120.0, 179.0}) {
     const Camera camera = frame_sources({&source}, {{0, 1, 0}, fov, 640, 480});
+    EXPECT_EQ(frame_particles(source, {{0, 1, 0}, fov, 640, 480}).view, camera.view);
     const View view = make_view(camera, 0.01, {0, 0, 0});
     for (std::size_t i = 0; i < particles.size(); ++i)
       ASSERT_GT(-eye_from_world(view, {particles.x[i], particles.y[i], particles.z[i]}).z,
