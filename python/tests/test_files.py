@@ -112,9 +112,11 @@ def test_a_missing_file_is_python_s_own_error_too(read, tmp_path):
     assert error.notice.code == "missing_file"
     again = pickle.loads(pickle.dumps(error))
     assert str(again) == str(error) and again.filename == error.filename
-    with pytest.raises(meniscus.InputError) as directory:
-        read(tmp_path)
-    assert not isinstance(directory.value, OSError)
+    (tmp_path / "file").write_text("")
+    for other in (tmp_path, tmp_path / "file" / "a.ply"):
+        with pytest.raises(meniscus.InputError) as wrong:
+            read(other)
+        assert not isinstance(wrong.value, OSError)
 
 
 def test_attributes_of_files_are_read_and_written(points, camera, tmp_path):

@@ -26,7 +26,7 @@ OpenFile open_input(const std::string& path) {
   if (file) return file;
   const int why = errno;
   const std::string text = path + ": cannot be opened: " + std::generic_category().message(why);
-  if (why != ENOENT && why != ENOTDIR) throw InputError(text);
+  if (why != ENOENT) throw InputError(text);
   throw InputError(Notice{.code = Code::missing_file, .text = text, .subject = path});
 }
 
