@@ -1,4 +1,5 @@
 #include <cmath>
+#include <filesystem>
 
 #include "base/comma_separated.hpp"
 #include "io/input_file.hpp"
@@ -100,6 +101,9 @@ const Format& format_of(const std::string& path) {
     if (name.ends_with(unread.ending))
       throw InputError(path + ": " + unread.what + " is not read" + wanted + " (" + unread.instead +
                        ")");
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    throw InputError(path + ": is a directory, wanted a file");
   throw InputError(path + ": unknown format" + wanted);
 }
 
