@@ -19,10 +19,9 @@
 #define CHUNK 32
 #endif
 
-// What neighbours weigh by their distance, the square of its share of the support; they end at FIT_REACH
-// (kFitReach). Epanechnikov's function needs seven tenths of the neighbours that a quadratic B-spline
-// has which ends at the support, for weights that lie as far out.
-#define FIT_REACH 0.85f
+// What neighbours weigh by their distance, the square of its share of the support; they end at FIT_REACH.
+// Epanechnikov's function needs seven tenths of the neighbours that a quadratic B-spline has which ends at
+// the support, for weights that lie as far out.
 inline floatv parabola(const floatv squared) {
   return larger(fma((floatv)(-1.0f / (FIT_REACH * FIT_REACH)), squared, (floatv)(1.0f)), (floatv)(0.0f));
 }

@@ -33,6 +33,9 @@ enum { NEARER = 0, NEARER_UNLESS = 1, FINITE = 2 };
 // the ray to be met near it; they are evaluated at the sample itself (blend.cl).
 #define STEEP 0.5f
 
+// Neighbours weigh in a fit within this share of its support (particle_fit.cl).
+#define FIT_REACH 0.85f
+
 // Where samples lie on the screen: sample (i, j) at pixel (first + i step, first + j step).
 RECORD(Lattice) {
   int nx, ny;

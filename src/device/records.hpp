@@ -12,11 +12,12 @@ using uint = std::uint32_t;
 #include "../../kernels/records.h"
 #undef RECORD
 inline constexpr float kOnEdge = ON_EDGE, kEnded = ENDED, kPassed = PASSED, kSteep = STEEP,
-                       kWhitewaterMost = WHITEWATER_MOST;
+                       kFitReach = FIT_REACH, kWhitewaterMost = WHITEWATER_MOST;
 #undef ON_EDGE
 #undef ENDED
 #undef PASSED
 #undef STEEP
+#undef FIT_REACH
 #undef WHITEWATER_MOST
 
 /// Whether a record has the same layout on every device: plain, and all members have four bytes.

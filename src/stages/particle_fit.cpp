@@ -308,6 +308,7 @@ void take_fits(const FitLanes& part, const ViewTogether<float, float, float, flo
   const std::size_t lanes = static_cast<std::size_t>(part.count());
   const float *const c = found.data<0>(), *const residual = found.data<1>(),
                      *const row = found.data<2>();
+  constexpr double kShare = double{records::kFitReach} * records::kFitReach;
   constexpr std::size_t kGrain = 1024;  // lanes that are worth a thread
   parallel_for(lanes, kGrain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t l = begin; l < end; ++l) {
@@ -318,7 +319,7 @@ void take_fits(const FitLanes& part, const ViewTogether<float, float, float, flo
       fits.edge[k] = row[l];
       fits.firmness[k] = row[lanes + l];
       fits.spread[k] = row[2 * lanes + l];
-      fits.supporters[k] = row[3 * lanes + l] / (kFitReach * kFitReach);
+      fits.supporters[k] = row[3 * lanes + l] / kShare;
       fits.normal[k] = {row[4 * lanes + l], row[5 * lanes + l], row[6 * lanes + l]};
       fits.support[k] = row[7 * lanes + l];
       fits.roundness[k] = row[8 * lanes + l];

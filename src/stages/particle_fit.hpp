@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "device/device.hpp"
+#include "device/records.hpp"
 #include "device/together.hpp"
 #include "meniscus/parameters.hpp"
 #include "stages/sheet.hpp"
@@ -27,7 +28,7 @@ struct ParticleFits {
   std::vector<double> firmness;   // [n] as e, within a narrower angle: for its trust, (0, 1]
   std::vector<double> spread;  // [n] RMS distance of the surroundings from the fit, particle radii
   std::vector<double>
-      supporters;  // [n] neighbours within fit_reach(), each by its u, over kFitReach^2
+      supporters;  // [n] neighbours within fit_reach(), each by its u, over its share squared
   // [n] what trust follows from, see measure_surroundings(): densities at the feet and behind them,
   // spread; empty: not measured.
   std::vector<float> dense, deep, apart;
@@ -47,9 +48,8 @@ struct QuadricLevel {
 /// everywhere, the quadric around that place.
 QuadricLevel level_at(const std::array<float, 10>& quadric, const Vec3d& place);
 
-/// Share of a support within which neighbours weigh in a fit (FIT_REACH of particle_fit.cl).
-inline constexpr double kFitReach = 0.85;
-inline double fit_reach(const FitParams& params) { return kFitReach * params.support; }
+/// Within which neighbours weigh in a fit, particle radii.
+inline double fit_reach(const FitParams& params) { return records::kFitReach * params.support; }
 
 /// Over which fits residuals are averaged, particle radii.
 inline constexpr float kResidualReach = 6;

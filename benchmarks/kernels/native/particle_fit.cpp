@@ -181,8 +181,8 @@ struct Point {
 // What neighbours weigh by their distance, the square of its share of the support, see
 // particle_fit.cl.
 inline Floats parabola(const Floats& squared) {
-  constexpr float kWithin = 0.85f;
-  return larger(fused(all(-1.0f / (kWithin * kWithin)), squared, all(1.0f)), Floats{});
+  constexpr float kReach = 0.85f;  // FIT_REACH of records.h
+  return larger(fused(all(-1.0f / (kReach * kReach)), squared, all(1.0f)), Floats{});
 }
 
 // kWidth records of four values, row by row, see particle_fit.cl.

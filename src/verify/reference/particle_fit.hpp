@@ -14,8 +14,11 @@ namespace meniscus::reference {
 /// Wendland's function on [0, 1).
 inline double wendland(double d) { return d < 1 ? std::pow(1 - d, 4) * (4 * d + 1) : 0; }
 
-/// What a neighbour weighs by its distance over the support: Epanechnikov's function on .85 of it.
-inline double parabola(double d) { return std::max(0.0, 1 - d * d / (0.85 * 0.85)); }
+/// Neighbours weigh in a fit within this share of its support.
+inline constexpr double kFitReach = 0.85;
+
+/// What a neighbour weighs by its distance over the support: Epanechnikov's function.
+inline double parabola(double d) { return std::max(0.0, 1 - d * d / (kFitReach * kFitReach)); }
 
 /// The quadratic B-spline on [0, 1), which is in its place in trial fits.
 inline double spline(double d) {
@@ -123,15 +126,15 @@ inline Measured measure(const Surroundings& all, std::size_t i, double rho,
   for (std::size_t j = 0; j < all.position.size(); ++j) {
     const Vec3d x = all.position[j] - all.position[i];
     const double l = length(x), u = all.weight[j], same = dot(all.normal[i], all.normal[j]);
-    found.margin = std::min(found.margin, std::abs(l - 0.85 * params.support));
-    if (l >= 0.85 * params.support) continue;
+    found.margin = std::min(found.margin, std::abs(l - kFitReach * params.support));
+    if (l >= kFitReach * params.support) continue;
     ++found.neighbours;
     const double f = std::clamp(value_at(quadric, x) + params.offset, -2.0, 2.0);
     const double w = u * parabola(l / rho) *
                      std::exp(-2 * (1 - same) / (params.normal_sigma * params.normal_sigma));
     weight += w;
     squares += w * f * f;
-    found.supporters += u / (0.85 * 0.85);
+    found.supporters += u / (kFitReach * kFitReach);
     if (l == 0) continue;
     const double q = u * wendland(l / 4);
     const Vec3d gradient = normalized(gradient_at(quadric, x));
