@@ -44,10 +44,10 @@ inline void list_tile(const int tile, global const float* wanted, global const i
 kernel void list_samples(global const float* wanted,  // [samples]
                          global const int* occupied,  // [blocks] 0: not finite in a block, not read
                          SAMPLES(, sample, count),    // out
-                         const int2 samples, const int2 tiles, const int every) {
+                         const int2 samples, const int2 tiles) {
   const int tile = get_global_id(0);
   if (tile < tiles.x * tiles.y)
-    list_tile(tile, wanted, occupied, sample, count, 0, samples, tiles, every);
+    list_tile(tile, wanted, occupied, sample, count, 0, samples, tiles, 1);
 }
 
 // Of a map of samples that show nothing so far; and minus the least depth that a front in a bin must

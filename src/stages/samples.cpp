@@ -44,11 +44,10 @@ OccupiedBlocks no_blocks(Device& device, const SampleGrid& grid) {
 }
 
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         const OccupiedBlocks& occupied, int every) {
+                         const OccupiedBlocks& occupied) {
   const SampleLists lists = room_for_samples(device, grid);
   launch(device, kernels::list_samples, device.state().vector_width, {lists.tiles()}, wanted,
-         occupied, lists, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}},
-         static_cast<cl_int>(every));
+         occupied, lists, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}});
   return lists;
 }
 

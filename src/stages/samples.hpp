@@ -31,15 +31,14 @@ OccupiedBlocks any_blocks(Device& device, const SampleGrid& grid);
 /// Of none so far.
 OccupiedBlocks no_blocks(Device& device, const SampleGrid& grid);
 
-/// The samples where a map is finite, of every `every`th row and column (a power of two, kTile at
-/// most). Does not wait.
+/// The samples where a map is finite. Does not wait.
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         const OccupiedBlocks& occupied, int every = 1);
+                         const OccupiedBlocks& occupied);
 
 /// The same of a map that is written everywhere.
-inline SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                                int every = 1) {
-  return list_samples(device, grid, wanted, any_blocks(device, grid), every);
+inline SampleLists list_samples(Device& device, const SampleGrid& grid,
+                                const Buffer<float>& wanted) {
+  return list_samples(device, grid, wanted, any_blocks(device, grid));
 }
 
 /// Blocks of 8 x 8 samples, four to a tile, row by row: 1 where one of them has been listed.
@@ -74,7 +73,8 @@ struct FrontMaps {
   const OccupiedBlocks &occupied, &splash_occupied;
 };
 
-/// The samples where either is finite, of every `every`th row and column. Does not wait.
+/// The samples where either is finite, of every `every`th row and column (a power of
+/// two, kTile at most). Does not wait.
 LayerSamples list_fronts(Device& device, const SampleGrid& grid, const FrontMaps& fronts,
                          int every);
 

@@ -40,16 +40,33 @@ std::set<int> listed(Device& device, const SampleLists& lists) {
   return all;
 }
 
-TEST_P(Samples, AreThoseWhereAMapIsFiniteOnTheLattice) {
+// The samples of every `every`th row and column where a map is finite.
+std::set<int> finite_ones(const SampleGrid& grid, const std::vector<float>& map, int every) {
+  std::set<int> all;
+  for (int s = 0; s < static_cast<int>(grid.size()); ++s)
+    if (map[s] < kNoSurface && s % grid.nx % every == 0 && s / grid.nx % every == 0) all.insert(s);
+  return all;
+}
+
+TEST_P(Samples, AreThoseWhereAMapIsFinite) {
+  for (const SampleGrid& grid : kGrids) {
+    const std::vector<float> map = random_map(grid.size(), 1);
+    EXPECT_EQ(listed(device_, list_samples(device_, grid, upload(device_, map))),
+              finite_ones(grid, map, 1));
+  }
+}
+
+TEST_P(Samples, AreThoseOnTheLatticeWhereFrontsAre) {
   for (const SampleGrid& grid : kGrids)
-    for (const int every : {1, 2}) {
-      const std::vector<float> map = random_map(grid.size(), 1);
-      std::set<int> expected;
-      for (int s = 0; s < static_cast<int>(grid.size()); ++s)
-        if (map[s] < kNoSurface && s % grid.nx % every == 0 && s / grid.nx % every == 0)
-          expected.insert(s);
-      EXPECT_EQ(listed(device_, list_samples(device_, grid, upload(device_, map), every)),
-                expected);
+    for (const int every : {1, 2, 4}) {
+      const std::vector<float> fronts = random_map(grid.size(), 6),
+                               splash = random_map(grid.size(), 7);
+      const auto reference = upload(device_, fronts), splash_reference = upload(device_, splash);
+      const OccupiedBlocks any = any_blocks(device_, grid);
+      const LayerSamples lists =
+          list_fronts(device_, grid, {reference, splash_reference, any, any}, every);
+      EXPECT_EQ(listed(device_, lists.surface), finite_ones(grid, fronts, every));
+      EXPECT_EQ(listed(device_, lists.splash), finite_ones(grid, splash, every));
     }
 }
 
