@@ -35,8 +35,7 @@ bool near_crease(const Scene& scene, const Vec3d& at) {
 /// The angle between a normal and the truth's where the truth is nearest to a point, degrees.
 double angle_off(const Scene& scene, const Vec3d& normal, const Vec3d& at) {
   const Vec3d foot = at - outward(scene.distance, at) * scene.distance(at);
-  const double cosine = dot(normalized(normal), outward(scene.distance, foot));
-  return std::acos(std::clamp(cosine, -1.0, 1.0)) / kDegree;
+  return angle_between(normal, outward(scene.distance, foot));
 }
 
 struct Weighed {

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
-#include <numbers>
 
+#include "accuracy/figures/statistics.hpp"
 #include "accuracy/parallel.hpp"
 #include "accuracy/truth.hpp"
 #include "meniscus/error.hpp"
@@ -15,11 +14,9 @@ namespace {
 
 constexpr double kLongestStep = 0.25, kShortestStep = 0.002;  // s
 constexpr double kReach = 1.5;                                // s, of outlines and creases
-constexpr double kJump = 1;                                   // s
 constexpr double kSameSurface = 0.95;                         // between neighbours' normals
 constexpr double kRight = 0.5;                                // s
 constexpr double kFilm = 0.02;                                // s
-constexpr double kDegrees = 180 / std::numbers::pi;           // in a radian
 
 /// The solid along a ray of unit direction, from `at` to `end`.
 std::vector<TrueInterval> follow(const Scene& scene, const Vec3d& origin, const Vec3d& ray,
@@ -53,20 +50,6 @@ bool alike(const std::vector<TrueInterval>& a, const std::vector<TrueInterval>& 
     if (!(std::abs(a[k].entry - b[k].entry) <= kJump && std::abs(a[k].exit - b[k].exit) <= kJump))
       return false;
   return true;
-}
-
-double percentile(std::vector<double> values, double share) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto place =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
-double rms(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v * v;
-  return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
 }  // namespace
@@ -141,7 +124,8 @@ LayerFigures measure_layers(const TrueLayers& truth, const Surface& surface) {
   const std::size_t pixels = truth.intervals.size();
   require(layers.count.size() == pixels, "measure_layers: the surface is of another camera");
   LayerFigures figures;
-  std::vector<double> thickness, front, back, angle;
+  Moments thickness, front, back;
+  std::vector<double> thickness_errors, angles;
   std::int64_t second = 0, second_inner = 0, number = 0, films = 0;
   for (std::size_t p = 0; p < pixels; ++p) {
     const std::vector<TrueInterval>& truly = truth.intervals[p];
@@ -163,24 +147,23 @@ LayerFigures measure_layers(const TrueLayers& truth, const Surface& surface) {
     if (!inner) continue;
     double all = 0;
     for (const TrueInterval& interval : truly) all += interval.exit - interval.entry;
-    thickness.push_back(layers.thickness[p] - all * stretch);
-    front.push_back((layers.entry[p] - truly[0].entry) * stretch);
-    back.push_back((layers.exit[p] - truly[0].exit) * dot(direction, truth.back_normal[p]));
+    const double too_thick = layers.thickness[p] - all * stretch;
+    thickness.add(too_thick);
+    thickness_errors.push_back(std::abs(too_thick));
+    front.add((layers.entry[p] - truly[0].entry) * stretch);
+    back.add((layers.exit[p] - truly[0].exit) * dot(direction, truth.back_normal[p]));
     if (!truth.crease[p])
-      angle.push_back(kDegrees *
-                      std::acos(std::clamp(dot(Vec3d(layers.back_normal[p]), truth.back_normal[p]),
-                                           -1.0, 1.0)));
+      angles.push_back(angle_between(Vec3d(layers.back_normal[p]), truth.back_normal[p]));
   }
   const auto share_of = [](std::int64_t some, std::int64_t all) {
     return static_cast<double>(some) / static_cast<double>(all);
   };
-  figures.thickness_rms = rms(thickness);
-  for (double& error : thickness) error = std::abs(error);
-  figures.thickness_999 = percentile(std::move(thickness), 0.999);
-  figures.front_rms = rms(front);
-  figures.back_rms = rms(back);
-  figures.normal_median = percentile(angle, 0.5);
-  figures.normal_95 = percentile(std::move(angle), 0.95);
+  figures.thickness_rms = thickness.rms();
+  figures.thickness_999 = percentile(thickness_errors, 0.999);
+  figures.front_rms = front.rms();
+  figures.back_rms = back.rms();
+  figures.normal_median = percentile(angles, 0.5);
+  figures.normal_95 = percentile(angles, 0.95);
   figures.second_right = share_of(second, figures.pixels);
   figures.second_right_inner = share_of(second_inner, figures.inner);
   figures.number_right = share_of(number, figures.pixels);
