@@ -77,10 +77,11 @@ double sheet_distance(const Vec3d& p) {
       {std::abs(from_axis - kRadius) - half_thickness, std::abs(p.x) - kHalfLength, sides});
 }
 
-std::vector<Scene> make_scenes() {
+/// A list of scenes that grows.
+struct SceneList {
   std::vector<Scene> all;
-  const auto add = [&](const char* name, Distance distance, Vec3d low, Vec3d high, Vec3d eye,
-                       double focal) -> Scene& {
+
+  Scene& add(const char* name, Distance distance, Vec3d low, Vec3d high, Vec3d eye, double focal) {
     Scene& scene = all.emplace_back();
     scene.name = name;
     scene.distance = std::move(distance);
@@ -89,69 +90,83 @@ std::vector<Scene> make_scenes() {
     scene.eye = eye;
     scene.focal = focal;
     return scene;
-  };
-  const auto add_smooth = [&](const char* name, Distance distance, Vec3d low, Vec3d high, Vec3d eye,
-                              double focal) -> Scene& {
+  }
+  Scene& add_smooth(const char* name, Distance distance, Vec3d low, Vec3d high, Vec3d eye,
+                    double focal) {
     Scene& scene = add(name, std::move(distance), low, high, eye, focal);
     scene.smooth = true;
     return scene;
-  };
-  constexpr double kWaveStep = 0.7;
+  }
+};
 
-  add_smooth(
+void add_round_solids(SceneList& scenes) {
+  scenes.add_smooth(
       "sphere", [](const Vec3d& p) { return length(p) - 12; }, {-12, -12, -12}, {12, 12, 12},
       {30, -50, 25}, 900);
-  add_smooth(
+  scenes.add_smooth(
       "ellipsoid",
       [r = Rotation(0.4, 0.3, 0.5)](const Vec3d& p) {
         return ellipsoid_distance(r.local(p), {16, 10, 7});
       },
       {-16, -16, -16}, {16, 16, 16}, {20, -52, 28}, 920);
-  add_smooth(
+  scenes.add_smooth(
       "torus",
       [r = Rotation(0.9, 0.3, 0)](const Vec3d& p) {
         const Vec3d q = r.local(p);
         return std::hypot(std::hypot(q.x, q.y) - 14, q.z) - 5;
       },
       {-20, -20, -20}, {20, 20, 20}, {10, -60, 20}, 800);
-  add_smooth(
+  scenes.add_smooth(
       "bowl",
       [](const Vec3d& p) {
         return bowl_distance(p - Vec3d{0, 0, 5}, 14, 5);
       },
       {-17, -17, -12}, {17, 17, 8}, {12, -42, 44}, 860);
-  add(
+}
+
+void add_water(SceneList& scenes) {
+  constexpr double kWaveStep = 0.7;
+  scenes.add(
       "plane",
       [r = Rotation(0.12, -0.17, 0.3)](const Vec3d& p) {
         return box_distance(r.local(p), {26, 26, 3});
       },
       {-40, -40, -14}, {40, 40, 14}, {10, -60, 42}, 780);
-  add_smooth(
-      "waves",
-      [](const Vec3d& p) {
-        return std::max(distance_to_zero(p, above_bent_waves), box_distance(p, {26, 26, 6}));
-      },
-      {-26, -26, -6}, {26, 26, 6}, {10, -60, 42}, 780)
+  scenes
+      .add_smooth(
+          "waves",
+          [](const Vec3d& p) {
+            return std::max(distance_to_zero(p, above_bent_waves), box_distance(p, {26, 26, 6}));
+          },
+          {-26, -26, -6}, {26, 26, 6}, {10, -60, 42}, 780)
       .safe_step = kWaveStep;
-  add_smooth("longwaves", wave_basin({{26, 1.6, 0.5, 0.3}}), {-20, -20, -5}, {20, 20, 3},
-             {10, -52, 38}, 800)
+  scenes
+      .add_smooth("longwaves", wave_basin({{26, 1.6, 0.5, 0.3}}), {-20, -20, -5}, {20, 20, 3},
+                  {10, -52, 38}, 800)
       .safe_step = kWaveStep;
-  add_smooth("shortwaves", wave_basin({{6.5, 0.22, 0.2, 0}, {8, 0.3, 1.4, 1}, {10, 0.4, 2.5, 2}}),
-             {-20, -20, -5}, {20, 20, 2}, {-6, -52, 38}, 800)
+  scenes
+      .add_smooth("shortwaves",
+                  wave_basin({{6.5, 0.22, 0.2, 0}, {8, 0.3, 1.4, 1}, {10, 0.4, 2.5, 2}}),
+                  {-20, -20, -5}, {20, 20, 2}, {-6, -52, 38}, 800)
       .safe_step = kWaveStep;
-  add_smooth("mixedwaves", wave_basin({{30, 1.5, 0.9, 0}, {13, 0.6, 2, 1}, {7, 0.2, 0.1, 2}}),
-             {-20, -20, -5}, {20, 20, 3}, {14, -52, 38}, 800)
+  scenes
+      .add_smooth("mixedwaves", wave_basin({{30, 1.5, 0.9, 0}, {13, 0.6, 2, 1}, {7, 0.2, 0.1, 2}}),
+                  {-20, -20, -5}, {20, 20, 3}, {14, -52, 38}, 800)
       .safe_step = kWaveStep;
-  Scene& dam = add("dam", basin(17, 0, above_dam), {-17, -17, 0}, {17, 17, 12}, {42, -34, 30}, 740);
+  Scene& dam =
+      scenes.add("dam", basin(17, 0, above_dam), {-17, -17, 0}, {17, 17, 12}, {42, -34, 30}, 740);
   dam.safe_step = kWaveStep;
   dam.target = {0, 0, 4};
-  add(
+}
+
+void add_solids_with_edges(SceneList& scenes) {
+  scenes.add(
       "box",
       [r = Rotation(0.6, 0.5, 0.35)](const Vec3d& p) {
         return box_distance(r.local(p), {9, 9, 9});
       },
       {-16, -16, -16}, {16, 16, 16}, {30, -50, 25}, 850);
-  add(
+  scenes.add(
       "notch",
       [r = Rotation(0.15, 0.1, 0.25)](const Vec3d& p) {
         const Vec3d q = r.local(p);
@@ -159,40 +174,48 @@ std::vector<Scene> make_scenes() {
                         -box_distance(q - Vec3d{11, -11, 11}, {10, 10, 10}));
       },
       {-18, -18, -18}, {18, 18, 18}, {34, -44, 32}, 850);
-  add(
+  scenes.add(
       "prism",
       [r = Rotation(0, 0.49, 4.6), corners = roof()](const Vec3d& p) {
         return prism_distance(r.local(p), corners, 10);
       },
       {-20, -20, -16}, {20, 20, 16}, {16, -48, 36}, 920);
-  add(
+  scenes.add(
       "capsules",
       [r = Rotation(0.2, 0.1, 0.3)](const Vec3d& p) { return raft_distance(r.local(p)); },
       {-26, -26, -14}, {26, 26, 17}, {10, -48, 44}, 850);
-  add(
+}
+
+void add_layered_scenes(SceneList& scenes) {
+  scenes.add(
       "boxpool",
       [r = Rotation(0.25, 0.15, 0.5)](const Vec3d& p) {
         return std::min(box_distance(p - Vec3d{0, 0, -3}, {24, 24, 3}),
                         box_distance(r.local(p - Vec3d{0, 0, 2}), {7, 7, 7}));
       },
       {-24, -24, -10}, {24, 24, 14}, {15, -55, 38}, 760);
-  add(
-      "twolayer",
-      [r = Rotation(0.5, -0.2, 0.4)](const Vec3d& p) {
-        return std::min(box_distance(p - Vec3d{0, 0, -2.5}, {24, 24, 2.5}),
-                        box_distance(r.local(p - Vec3d{3, -8, 14}), {10, 10, 1.5}));
-      },
-      {-24, -24, -5}, {24, 24, 26}, {15, -55, 38}, 740)
+  scenes
+      .add(
+          "twolayer",
+          [r = Rotation(0.5, -0.2, 0.4)](const Vec3d& p) {
+            return std::min(box_distance(p - Vec3d{0, 0, -2.5}, {24, 24, 2.5}),
+                            box_distance(r.local(p - Vec3d{3, -8, 14}), {10, 10, 1.5}));
+          },
+          {-24, -24, -5}, {24, 24, 26}, {15, -55, 38}, 740)
       .target = {0, 0, 2};
-  add(
-      "sheet",
-      [r = Rotation(0.3, 0.1, 0.2)](const Vec3d& p) {
-        return std::min(box_distance(p - Vec3d{0, 0, -2.5}, {22, 22, 2.5}),
-                        sheet_distance(r.local(p - Vec3d{0, 6, 12})));
-      },
-      {-22, -22, -5}, {22, 22, 26}, {12, -55, 38}, 760)
+  scenes
+      .add(
+          "sheet",
+          [r = Rotation(0.3, 0.1, 0.2)](const Vec3d& p) {
+            return std::min(box_distance(p - Vec3d{0, 0, -2.5}, {22, 22, 2.5}),
+                            sheet_distance(r.local(p - Vec3d{0, 6, 12})));
+          },
+          {-22, -22, -5}, {22, 22, 26}, {12, -55, 38}, 760)
       .target = {0, 0, 3};
-  Scene& splash = add_smooth(
+}
+
+void add_splash(SceneList& scenes) {
+  Scene& splash = scenes.add_smooth(
       "splash",
       [](const Vec3d& p) {
         return distance_to_zero(p, [](const Vec3d& q) {
@@ -201,7 +224,16 @@ std::vector<Scene> make_scenes() {
       },
       {-13, -13, -13}, {14, 12, 13}, {26, -52, 22}, 900);
   splash.splash = make_splash(splash.distance);
-  return all;
+}
+
+std::vector<Scene> make_scenes() {
+  SceneList scenes;
+  add_round_solids(scenes);
+  add_water(scenes);
+  add_solids_with_edges(scenes);
+  add_layered_scenes(scenes);
+  add_splash(scenes);
+  return std::move(scenes.all);
 }
 
 /// Depth below the faces of a convex solid: the largest of its planes' distances.
