@@ -8,6 +8,7 @@
 #include "base/printed.hpp"
 #include "meniscus/error.hpp"
 #include "program/mixed.hpp"
+#include "stages/vec.hpp"
 
 namespace meniscus {
 namespace {
@@ -35,11 +36,6 @@ double sine(double t) {
 // How many columns of sites fit a side of the tank.
 std::int64_t columns_along(double side, double spacing) {
   return std::max<std::int64_t>(1, static_cast<std::int64_t>(side / (kSite * spacing)));
-}
-
-double smooth(double low, double high, double x) {
-  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
 }
 
 }  // namespace
@@ -79,7 +75,7 @@ double DamBreak::height(double x, double z) const {
   const double front = 2.5 + 0.06 * sine(1.3 * z + phase_[0]) + 0.025 * sine(3.7 * z + phase_[1]);
   const double back = (front - x) / 0.16;  // 1: where the nose begins
   if (!(back > 0)) return 0;
-  double h = 0.14 + 0.66 * (1 - smooth(0.35, 1.9, x));
+  double h = 0.14 + 0.66 * (1 - smooth_step(0.35, 1.9, x));
   const double roller = (x - 1.95 - 0.08 * sine(0.9 * z + phase_[2])) / 0.22;
   if (roller > -1 && roller < 1) {
     const double hump = 1 - roller * roller;

@@ -92,7 +92,7 @@ struct Sheets {
   Implicit& out;
 
   double same(const Vec3d& a, const Vec3d& b) const {
-    return smooth_passage(blend.same_low, blend.same_high, dot(a, b));
+    return smooth_step(blend.same_low, blend.same_high, dot(a, b));
   }
 
   /// The direction that dominates under weights, by `rounds` of mean shift.
@@ -136,7 +136,7 @@ struct Sheets {
 
   /// How far two sheets meet in a concave crease.
   static double concave(const FitSheet& p, const FitSheet& q) {
-    return smooth_passage(-0.25, 0.25, dot(q.centre - p.centre, p.normal - q.normal));
+    return smooth_step(-0.25, 0.25, dot(q.centre - p.centre, p.normal - q.normal));
   }
 
   /// The lesser of two levels, or the greater one as far as k says.
@@ -180,15 +180,15 @@ inline Fitted fitted_level(const ParticleFits& fits, const std::vector<double>& 
     others += rest(s);
   }
   Fitted fitted{a.level, 0,
-                std::min(1.001 * all / untrusted, 1.0) * smooth_passage(0.002, 0.015, firm)};
+                std::min(1.001 * all / untrusted, 1.0) * smooth_step(0.002, 0.015, firm)};
   if (!(others / all > 0.03)) return fitted;
   const Vec3d axis_b = sheets.leading(rest, 1);
   const FitSheet b =
       sheets.sheet_of([&](const FitValue& s) { return rest(s) * sheets.same(s.g, axis_b); });
   const FitSheet d =
       sheets.sheet_of([&](const FitValue& s) { return rest(s) * (1 - sheets.same(s.g, axis_b)); });
-  const double ab = Sheets::concave(a, b), share_b = smooth_passage(0.03, 0.1, b.weight / all),
-               share_d = smooth_passage(0.03, 0.1, d.weight / all);
+  const double ab = Sheets::concave(a, b), share_b = smooth_step(0.03, 0.1, b.weight / all),
+               share_d = smooth_step(0.03, 0.1, d.weight / all);
   const Level pair = share_b > 0 || share_d > 0 ? sheets.meeting(a.level, b.level, ab) : a.level;
   fitted.level = mixed(a.level, pair, share_b);
   if (share_d > 0) fitted.level = mixed(fitted.level, sheets.three(a, b, d, pair), share_d);
@@ -220,7 +220,7 @@ inline Implicit implicit(const ParticleFits& fits, const std::vector<double>& tr
     const double agreement =
         reference::agreement(std::abs(fitted.f - field.f), dot(fitted.g, field.g), fluid.disorder);
     const double compared = reference::compared_at(trusted) * (1 - edge);
-    share *= (1 - compared * (1 - agreement)) * (1 - smooth_passage(0.9, 0.97, c));
+    share *= (1 - compared * (1 - agreement)) * (1 - smooth_step(0.9, 0.97, c));
     result = detail::mixed(field, fitted, share);
   }
   out.value = result.f;

@@ -71,11 +71,11 @@ ReferenceErrors choose_groups_case(Device& device, int size) {
           chosen.see(group[s], depth[s] < kNoSurface ? found[s] : -1, 0);
           continue;
         }
+        const auto ray = reference::fits_on_ray(scene.fits, scene.trust, view, u_of(grid, s),
+                                                v_of(grid, s), depth[s], fit, params);
         std::map<double, int> by_weight;
         for (const int k : groups_around(i, j, grid, depth, found, every)) {
-          const auto hit = reference::meet(scene.fits, scene.trust, static_cast<std::size_t>(k),
-                                           view, grid.first + grid.step * i,
-                                           grid.first + grid.step * j, depth[s], fit, params);
+          const auto hit = reference::meet(ray, static_cast<std::size_t>(k));
           if (hit.weight > 0) by_weight[hit.weight] = k;
         }
         // Weights are at most 1 and good to some thousand epsilon: a root is good to 20 roundings
