@@ -22,9 +22,8 @@ TEST_P(Settle, TheReferenceDecidesAboutAllThatSamplesMayShow) {
     std::size_t sure = 0, of_what[4] = {}, splash = 0, on_edge = 0, turned = 0;
     for (std::size_t s = 0; s < n_; ++s) {
       const reference::FieldOnRay ray = scene_.ray(s);
-      const reference::Shown shown = reference::settled(
-          ray, layer.sample(s), scene_.params.contour_density, scene_.params.blob_density,
-          scene_.kDisorder, only_gaps ? 12 : 4, only_gaps);
+      const reference::Shown shown =
+          reference::settled(ray, layer.sample(s), scene_.limits(only_gaps), only_gaps);
       if (!shown.sure) continue;
       ++sure;
       ++of_what[shown.what];

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <vector>
 
 #include "verify/reference/density.hpp"
@@ -12,11 +13,6 @@
 namespace meniscus::reference {
 
 inline constexpr double kNowhere = std::numeric_limits<double>::infinity();
-
-inline double smooth_step(double low, double high, double x) {
-  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
 
 /// A particle's share is divided by a level that runs from `level` where the density is that of a
 /// lone particle to 0.45 inside the fluid; it is multiplied by `lone` for a lone particle, and for
@@ -284,92 +280,141 @@ inline void face_eye(const Vec3d& direction, Vec3d* normal, double* error) {
   if (along > most) *normal = normalized(turned);
 }
 
-/// docs/method.md, "Settle", and 2.4.1: where fits are trusted the blend stays on a triangle that
-/// is at most 3 radii away or where the density reaches the contour; beyond an edge it stays on a
-/// triangle alone. Where they are not, or there is no blend, the field is followed from 2 radii
-/// before the blend or the reference, whichever is nearer, to `beyond` behind the farther of both,
-/// and both are mixed. A sample that looks again follows it from `beyond` behind its last
-/// reference. Where it is not crossed, the blend stays as far as the field comes near its level; on
-/// convex edges the larger share decides. With `only_gaps` nothing but samples without a blend
-/// change.
-inline Shown settled(const FieldOnRay& ray, const LayerSample& s, double contour, double level,
-                     double disorder, double beyond, bool only_gaps) {
-  Shown shown, nothing, unsure;
-  nothing.what = Shown::nothing;
-  unsure.sure = false;
-  const bool met = s.depth < kNowhere;
-  if (!(s.reference < kNowhere) || (only_gaps && met)) return shown;
-  const double off = met ? ray.error(s.depth) : 0;
-  if (met && (s.ended || s.trust >= 1)) {
-    // A difference and the constant round.
-    const double away = std::abs(s.depth - s.triangle) - 3;
-    if (std::abs(away) <= 4 * kEpsilon * s.depth) return unsure;
-    const bool vouched = away < 0;
-    nothing.passed = s.passed && !vouched;
-    if (s.ended && !vouched) return nothing;
-    if (s.trust >= 1) {
-      if (vouched) return shown;
-      const double needed = (s.on_edge ? 0.3 : 1) * contour, density = ray.density(s.depth);
-      if (std::abs(density - needed) <= off) return unsure;
-      return density < needed ? nothing : shown;
-    }
-  }
-  const double from = std::max(std::min(std::min(s.depth, s.reference) - 2, s.last + beyond), 1e-3);
-  const double to = (met ? std::max(s.depth, s.reference) : s.reference) + beyond;
-  const Crossing c = first_crossing(ray, from, to, level);
-  if (!c.sure) return unsure;
-  // The share's bounds: it rises with the density and falls with the distance.
+/// Where rounding decides, and where a sample shows nothing.
+inline Shown unsure() {
+  Shown shown;
+  shown.sure = false;
+  return shown;
+}
+inline Shown shows_nothing(bool passed = false) {
+  Shown shown;
+  shown.what = Shown::nothing;
+  shown.passed = passed;
+  return shown;
+}
+
+/// What decides, besides the sample and the field.
+struct SettleLimits {
+  double contour, level;  // of the density, of the levelled field
+  double disorder;        // of the particles
+  double beyond;          // how far behind blend and reference the field is followed
+};
+
+/// A blend that is trusted stays on a triangle that is at most 3 radii away or where the density
+/// reaches the contour; beyond an edge it stays on a triangle alone. Nothing: the field is asked.
+inline std::optional<Shown> shown_without_field(const FieldOnRay& ray, const LayerSample& s,
+                                                double contour) {
+  if (!(s.depth < kNowhere) || !(s.ended || s.trust >= 1)) return std::nullopt;
+  // A difference and the constant round.
+  const double away = std::abs(s.depth - s.triangle) - 3;
+  if (std::abs(away) <= 4 * kEpsilon * s.depth) return unsure();
+  const bool vouched = away < 0;
+  const Shown nothing = shows_nothing(s.passed && !vouched);
+  if (s.ended && !vouched) return nothing;
+  if (s.trust < 1) return std::nullopt;
+  if (vouched) return Shown{};
+  const double needed = (s.on_edge ? 0.3 : 1) * contour, density = ray.density(s.depth);
+  if (std::abs(density - needed) <= ray.error(s.depth)) return unsure();
+  return density < needed ? nothing : Shown{};
+}
+
+/// A number's bounds.
+struct Bounds {
   double low = 0, high = 0;
-  if (met) {
-    const double density = ray.density(s.depth);
-    const auto share_at = [&](double c) {
-      return blend_share(s.trust, false, s.on_edge, c, contour);
-    };
-    low = share_at(density - off) * (1 - 8 * kEpsilon);
-    high = share_at(density + off) * (1 + 8 * kEpsilon);
-  }
-  if (!(c.depth < kNowhere)) {
-    // Steps that begin a little elsewhere find another value, by less than a hundredth of the level.
-    const double missing = 1 - most_on_steps(ray, from, to, level) / level;
-    const auto stays = [&](double share, double lacks) {
-      return s.on_edge ? share > 0.5 : (1 - share) * lacks < 0.1 * share;
-    };
-    if (stays(low, missing + 0.01) != stays(high, std::max(missing - 0.01, 0.0))) return unsure;
-    return stays(low, missing) ? shown : nothing;
-  }
+};
+
+/// Of the blend's share by the density there.
+inline Bounds share_by_density(const FieldOnRay& ray, const LayerSample& s, double contour) {
+  if (!(s.depth < kNowhere)) return {};
+  const double density = ray.density(s.depth), off = ray.error(s.depth);
+  const auto share_at = [&](double c) {
+    return blend_share(s.trust, false, s.on_edge, c, contour);
+  };
+  return {share_at(density - off) * (1 - 8 * kEpsilon),
+          share_at(density + off) * (1 + 8 * kEpsilon)};
+}
+
+/// Where the field is not crossed the blend stays as far as the field comes near its level, up to
+/// `most`; on convex edges the larger share decides.
+inline Shown shown_near_field(const LayerSample& s, const Bounds& share, double most,
+                              double level) {
+  // Steps that begin a little elsewhere find another value, by less than a hundredth of the level.
+  const double missing = 1 - most / level;
+  const auto stays = [&](double share, double lacks) {
+    return s.on_edge ? share > 0.5 : (1 - share) * lacks < 0.1 * share;
+  };
+  if (stays(share.low, missing + 0.01) != stays(share.high, std::max(missing - 0.01, 0.0)))
+    return unsure();
+  return stays(share.low, missing) ? Shown{} : shows_nothing();
+}
+
+inline Shown shown_of_field(const Crossing& c) {
+  Shown shown;
   shown.what = Shown::field;
   shown.depth = c.depth;
   shown.depth_error = c.error;
   shown.normal = c.normal;
   shown.normal_error = c.normal_error;
   shown.splash = true;
-  if (high > 0) {
-    const double facing = std::abs(dot(s.normal, ray.direction));
-    const double apart = std::abs(c.depth - s.depth), alike = dot(s.normal, c.normal);
-    if (!s.on_edge) {
-      const double moved = (c.error + 4 * kEpsilon * s.depth) * facing;
-      const double turned = c.normal_error + 4 * kEpsilon;
-      const auto keeps = [&](double apart, double alike) {
-        return 1 - compared_at(s.trust) * (1 - agreement(apart, alike, disorder));
-      };
-      // Its four factors' roundings, of numbers up to 3.
-      low *= std::max(0.0, keeps(apart * facing + moved, alike - turned) - 32 * kEpsilon);
-      high *= keeps(apart * facing - moved, alike + turned) + 32 * kEpsilon;
-    }
-    const double share = (low + high) / 2, share_off = (high - low) / 2;
-    // The crossing's error counts by the rest; the share's by the difference of what is mixed.
-    const Vec3d mixed = s.normal * share + c.normal * (1 - share);
-    shown.what = Shown::mixture;
-    shown.depth = share * s.depth + (1 - share) * c.depth;
-    shown.depth_error = (1 - share) * c.error + share_off * apart + 4 * kEpsilon * s.depth;
-    shown.normal = normalized(mixed);
-    shown.normal_error =
-        2 * ((1 - share) * c.normal_error + share_off * length(s.normal - c.normal)) /
-            length(mixed) +
-        8 * kEpsilon;
-    shown.kind_sure = low > 0.5 || high <= 0.5;
-    shown.splash = share <= 0.5;
-  }
+  return shown;
+}
+
+/// The share times how far blend and field agree, but on convex edges.
+inline Bounds share_by_agreement(const FieldOnRay& ray, const LayerSample& s, const Crossing& c,
+                                 const Bounds& share, double disorder) {
+  if (s.on_edge) return share;
+  const double facing = std::abs(dot(s.normal, ray.direction));
+  const double apart = std::abs(c.depth - s.depth) * facing, alike = dot(s.normal, c.normal);
+  const double moved = (c.error + 4 * kEpsilon * s.depth) * facing;
+  const double turned = c.normal_error + 4 * kEpsilon;
+  const auto keeps = [&](double apart, double alike) {
+    return 1 - compared_at(s.trust) * (1 - agreement(apart, alike, disorder));
+  };
+  // Its four factors' roundings, of numbers up to 3.
+  return {share.low * std::max(0.0, keeps(apart + moved, alike - turned) - 32 * kEpsilon),
+          share.high * (keeps(apart - moved, alike + turned) + 32 * kEpsilon)};
+}
+
+/// The mixture of a blend with this share and the field.
+inline Shown mixture_of(const LayerSample& s, const Crossing& c, const Bounds& bounds) {
+  const double share = (bounds.low + bounds.high) / 2, off = (bounds.high - bounds.low) / 2;
+  const Vec3d mixed = s.normal * share + c.normal * (1 - share);
+  Shown shown;
+  shown.what = Shown::mixture;
+  shown.depth = share * s.depth + (1 - share) * c.depth;
+  // The crossing's error counts by the rest; the share's by the difference of what is mixed.
+  shown.depth_error =
+      (1 - share) * c.error + off * std::abs(c.depth - s.depth) + 4 * kEpsilon * s.depth;
+  shown.normal = normalized(mixed);
+  shown.normal_error =
+      2 * ((1 - share) * c.normal_error + off * length(s.normal - c.normal)) / length(mixed) +
+      8 * kEpsilon;
+  shown.kind_sure = bounds.low > 0.5 || bounds.high <= 0.5;
+  shown.splash = share <= 0.5;
+  return shown;
+}
+
+/// docs/method.md, "Settle", and 2.4.1. Where fits are not trusted, or there is no blend, the field
+/// is followed from 2 radii before the blend or the reference, whichever is nearer, to `beyond`
+/// behind the farther of both, and both are mixed. A sample that looks again follows it from
+/// `beyond` behind its last reference. With `only_gaps` nothing but samples without a blend change.
+inline Shown settled(const FieldOnRay& ray, const LayerSample& s, const SettleLimits& limits,
+                     bool only_gaps) {
+  const bool met = s.depth < kNowhere;
+  if (!(s.reference < kNowhere) || (only_gaps && met)) return {};
+  if (const auto shown = shown_without_field(ray, s, limits.contour)) return *shown;
+
+  const double from =
+      std::max(std::min(std::min(s.depth, s.reference) - 2, s.last + limits.beyond), 1e-3);
+  const double to = (met ? std::max(s.depth, s.reference) : s.reference) + limits.beyond;
+  const Crossing c = first_crossing(ray, from, to, limits.level);
+  if (!c.sure) return unsure();
+  const Bounds share = share_by_density(ray, s, limits.contour);
+  if (!(c.depth < kNowhere))
+    return shown_near_field(s, share, most_on_steps(ray, from, to, limits.level), limits.level);
+  Shown shown = share.high > 0
+                    ? mixture_of(s, c, share_by_agreement(ray, s, c, share, limits.disorder))
+                    : shown_of_field(c);
   face_eye(ray.direction, &shown.normal, &shown.normal_error);
   return shown;
 }

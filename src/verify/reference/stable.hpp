@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
-#include "verify/reference/particle_fit.hpp"
 #include "stages/stable.hpp"
+#include "verify/reference/particle_fit.hpp"
 
 namespace meniscus::reference {
 
@@ -57,74 +58,87 @@ struct Blend {
   double margin = 1e9;  // how near a decision was: weights, depths and heights
 };
 
-/// Blends the fits met by the ray of (u, v) where tau, the depth behind `reference`, has |tau| <=
-/// 4 d_max and |tau| min(1, 2 |grad f . d|) <= d_max: n_A is the gradient of the
-/// heaviest hit after two rounds of mean shift; sheet A has the weights w sigma, sheet B the rest.
+/// Where a ray enters a fit, tau behind the reference.
+struct StableHit {
+  double tau, w;
+  Vec3d gradient, foot, from_foot;
+};
+
+/// The ray of direction d through `start`, the point at the reference depth, meets fit k where
+/// |tau| <= 4 d_max and |tau| min(1, 2 |grad f . d|) <= d_max.
+inline std::optional<StableHit> stable_hit(const ParticleFits& fits, std::size_t k,
+                                           const Vec3d& start, const Vec3d& d,
+                                           const BlendParams& params) {
+  const auto& c = fits.quadric[k];
+  const auto slope = [&](const Vec3d& x) {
+    return Vec3d{c[1] + 2 * c[4] * x.x + c[7] * x.y + c[9] * x.z,
+                 c[2] + 2 * c[5] * x.y + c[7] * x.x + c[8] * x.z,
+                 c[3] + 2 * c[6] * x.z + c[8] * x.y + c[9] * x.x};
+  };
+  const Vec3d x = start - fits.position[k], linear{c[1], c[2], c[3]};
+  const double C = c[0] + 0.5 * dot(slope(x) + linear, x);
+  const double B = dot(slope(x), d), A = 0.5 * dot(slope(d) - linear, d);
+  const double D = B * B - 4 * A * C;
+  if (D < 0) return std::nullopt;
+  // The smaller root where A > 0, the larger where A < 0: there f falls.
+  const double tau = B < 0 ? 2 * C / (std::sqrt(D) - B) : -(B + std::sqrt(D)) / (2 * A);
+  const Vec3d gradient = normalized(slope(x + d * tau));
+  if (!(std::abs(tau) <= 4 * params.d_max)) return std::nullopt;
+  if (!(std::abs(tau) * std::min(1.0, 2 * std::abs(dot(gradient, d))) <= params.d_max))
+    return std::nullopt;
+  const Vec3d q = start + d * tau - fits.foot[k];
+  const double w = wendland(length(q) / params.radius) * fits.edge[k] * fits.visible[k];
+  if (!(w > 0)) return std::nullopt;
+  return StableHit{tau, w, gradient, fits.foot[k], q};
+}
+
+/// Sums over the hits of one sheet.
+struct StableSheet {
+  double w = 0, tau = 0;
+  Vec3d foot, gradient, pull, pull_tau;
+  void add(const StableHit& hit, double share, const Vec3d& ray, double radius) {
+    const double a = hit.w * share, D = length(hit.from_foot) / radius;
+    // dW/dD = -20 D (1 - D)^3; half of grad w times grad f . d
+    const Vec3d half = hit.from_foot * (-10 / (radius * radius) / ((1 - D) * (4 * D + 1)) * a *
+                                        dot(hit.gradient, ray));
+    w += a;
+    tau += a * hit.tau;
+    foot += hit.foot * a;
+    gradient += hit.gradient * a;
+    pull += half;
+    pull_tau += half * hit.tau;
+  }
+  Vec3d normal() const { return normalized(gradient + pull * (tau / w) - pull_tau); }
+};
+
+/// Blends the fits that the ray of (u, v) meets: n_A is the gradient of the heaviest hit after two
+/// rounds of mean shift; sheet A has the weights w sigma, sheet B the rest.
 inline Blend blend_at(const View& view, const ParticleFits& fits, double u, double v,
                       double reference, const BlendParams& params) {
-  const double radius = params.radius;
-  struct Hit {
-    double tau, w;
-    Vec3d gradient, foot, from_foot;
-  };
   const Vec3d d = ray_direction(view, u, v), start = point_at(view, u, v, reference);
-  std::vector<Hit> hits;
+  std::vector<StableHit> hits;
+  for (std::size_t k = 0; k < fits.size(); ++k)
+    if (!(fits.residual[k] < 0))
+      if (const auto hit = stable_hit(fits, k, start, d, params)) hits.push_back(*hit);
   Blend out;
-  for (std::size_t k = 0; k < fits.size(); ++k) {
-    if (fits.residual[k] < 0) continue;
-    const auto& c = fits.quadric[k];
-    const auto slope = [&](const Vec3d& x) {
-      return Vec3d{c[1] + 2 * c[4] * x.x + c[7] * x.y + c[9] * x.z,
-                   c[2] + 2 * c[5] * x.y + c[7] * x.x + c[8] * x.z,
-                   c[3] + 2 * c[6] * x.z + c[8] * x.y + c[9] * x.x};
-    };
-    const Vec3d x = start - fits.position[k], linear{c[1], c[2], c[3]};
-    const double C = c[0] + 0.5 * dot(slope(x) + linear, x);
-    const double B = dot(slope(x), d), A = 0.5 * dot(slope(d) - linear, d);
-    const double D = B * B - 4 * A * C;
-    if (D < 0) continue;
-    // The smaller root where A > 0, the larger where A < 0: there f falls.
-    const double tau = B < 0 ? 2 * C / (std::sqrt(D) - B) : -(B + std::sqrt(D)) / (2 * A);
-    const Vec3d gradient = normalized(slope(x + d * tau));
-    if (!(std::abs(tau) <= 4 * params.d_max)) continue;
-    if (!(std::abs(tau) * std::min(1.0, 2 * std::abs(dot(gradient, d))) <= params.d_max)) continue;
-    const Vec3d q = start + d * tau - fits.foot[k];
-    const double w = wendland(length(q) / radius) * fits.edge[k] * fits.visible[k];
-    if (w > 0) hits.push_back({tau, w, gradient, fits.foot[k], q});
-  }
   if (hits.empty()) return out;
-  std::sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.w > b.w; });
+  std::sort(hits.begin(), hits.end(),
+            [](const StableHit& a, const StableHit& b) { return a.w > b.w; });
   if (hits.size() > 1) out.margin = hits[0].w / hits[1].w - 1;
   Vec3d n = hits[0].gradient;
-  const auto sigma = [&](const Hit& hit) {
+  const auto sigma = [&](const StableHit& hit) {
     return smooth_step(params.same_low, params.same_high, dot(hit.gradient, n));
   };
   for (int round = 0; round < 2; ++round) {
     Vec3d mean;
-    for (const Hit& hit : hits) mean += hit.gradient * (hit.w * sigma(hit));
+    for (const StableHit& hit : hits) mean += hit.gradient * (hit.w * sigma(hit));
     n = normalized(mean, n);
   }
-  struct Sheet {
-    double w = 0, tau = 0;
-    Vec3d foot, gradient, pull, pull_tau;
-    void add(const Hit& hit, double share, const Vec3d& ray, double r) {
-      const double a = hit.w * share, D = length(hit.from_foot) / r;
-      // dW/dD = -20 D (1 - D)^3; half of grad w times grad f . d
-      const Vec3d half =
-          hit.from_foot * (-10 / (r * r) / ((1 - D) * (4 * D + 1)) * a * dot(hit.gradient, ray));
-      w += a;
-      tau += a * hit.tau;
-      foot += hit.foot * a;
-      gradient += hit.gradient * a;
-      pull += half;
-      pull_tau += half * hit.tau;
-    }
-    Vec3d normal() const { return normalized(gradient + pull * (tau / w) - pull_tau); }
-  } a, b;
-  for (const Hit& hit : hits) {
+  StableSheet a, b;
+  for (const StableHit& hit : hits) {
     const double same = sigma(hit);
-    a.add(hit, same, d, radius);
-    if (same < 1) b.add(hit, 1 - same, d, radius);
+    a.add(hit, same, d, params.radius);
+    if (same < 1) b.add(hit, 1 - same, d, params.radius);
   }
   out.depth = reference + a.tau / a.w;
   out.normal = a.normal();

@@ -60,17 +60,13 @@ void see(const Layer& before, const Layer& after, std::size_t s, const reference
   if (expected.kind_sure) see_kind(expected.splash);
 }
 
-// The same constants as the stage's, from docs/method.md: 4 radii behind, 12 in gaps, 2 at points.
 void see_samples(Device& device, const FieldScene& scene, const Layer& before, bool only_gaps,
                  Seen* seen) {
   const Layer after = settled(device, scene, before, only_gaps);
   for (std::size_t s = 0; s < before.size(); ++s) {
     const reference::FieldOnRay ray = scene.ray(s);
     see(before, after, s, ray,
-        reference::settled(ray, before.sample(s), scene.params.contour_density,
-                           scene.params.blob_density, scene.kDisorder, only_gaps ? 12 : 4,
-                           only_gaps),
-        seen);
+        reference::settled(ray, before.sample(s), scene.limits(only_gaps), only_gaps), seen);
   }
 }
 
@@ -81,8 +77,8 @@ void see_points(Device& device, const FieldScene& scene, Layer before, Seen* see
   Layer after = settled_at_points(device, scene, before);
   for (std::size_t s = 0; s < n; ++s) {
     const reference::FieldOnRay ray = scene.ray(s);
-    const Shown expected = reference::settled(ray, before.sample(s), scene.params.contour_density,
-                                              scene.params.blob_density, scene.kDisorder, 2, false);
+    const Shown expected =
+        reference::settled(ray, before.sample(s), scene.limits_at_points(), /*only_gaps=*/false);
     // What lies behind is not asked for.
     if (expected.what == Shown::nothing) after.behind[s] = before.reference[s];
     see(before, after, s, ray, expected, seen);

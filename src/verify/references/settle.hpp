@@ -60,6 +60,9 @@ struct FieldScene {
   reference::FieldOnRay ray(std::size_t s) const {
     return {field, view, u_of(grid, s), v_of(grid, s)};
   }
+  // The stage's constants, from docs/method.md: 4 radii behind, 12 in gaps, 2 at points.
+  reference::SettleLimits limits(bool only_gaps) const { return limits_behind(only_gaps ? 12 : 4); }
+  reference::SettleLimits limits_at_points() const { return limits_behind(2); }
 
   View view;
   SampleGrid grid;
@@ -67,6 +70,11 @@ struct FieldScene {
   reference::Field field;
   Cells host_cells;
   DeviceCells cells, levelled;
+
+ private:
+  reference::SettleLimits limits_behind(double beyond) const {
+    return {params.contour_density, params.blob_density, kDisorder, beyond};
+  }
 };
 
 /// The samples of a layer before they are settled, or after it.
