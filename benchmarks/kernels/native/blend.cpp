@@ -364,81 +364,37 @@ Floats held_by(const Blend& in, const Sample& s, const List& rim, const Middle& 
   return wanted & (within > beyond) ? share : none;
 }
 
-Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
-  const Floats none{}, one = all(1.0f), tiny = all(kTiny);
-  const float *const records = in.records, *const feet = in.feet;
-  const auto fit_at = [records](int fit) { return records + std::ptrdiff_t{fit} * kRecord; };
-  const auto foot_of = [feet](int fit) { return feet + std::ptrdiff_t{fit} * 4; };
-  const auto same = [&](const Floats& cosine) {
-    return smooth_step(in.same_low, in.same_high, cosine);
-  };
-  const Beam beam = beam_of(s);
-  Hit cache[kCached];
-  std::int32_t cached_group[kCached];
-  int kept = 0, rest = listed.met.count;
-  Blended out;
-  Floats best{}, ax{}, ay{}, az{}, trust{}, firm{}, height{};
-  Sheet A, B, C;
-  // Half of the fits near the beam are met beyond their reach, and which could not be foreseen:
-  // first all that rays meet, without a branch, then the weights of those that count.
-  for (int from = 0; from < listed.met.count; from += kBlock) {
-    const int to = from + kBlock < listed.met.count ? from + kBlock : listed.met.count;
-    std::int32_t place[kBlock + kWidth];  // in the list
-    Entry entry[kBlock];
-    int near = 0, count = 0;
-    for (int k = from; k < to; k += kWidth) {
-      const unsigned bits = find_near(listed.met, k, beam);
-      pack(bits, k + kPlaces, place + near);
-      near += __builtin_popcount(bits);
-    }
-    for (int n = 0; n < near; ++n) {
-      const std::int32_t at = place[n], fit = listed.met.fit[at];  // before `count` is waited for
-      place[count] = at;
-      entry[count] = entry_of(fit_at(fit), foot_of(fit), s, in.d_max);
-      count += entry[count].counts();
-    }
-    for (int n = 0; n < count; ++n) {
-      const int fit = listed.met.fit[place[n]];
-      const float* const g = fit_at(fit);
-      Hit hit;
-      if (!weigh(g, foot_of(fit), s, in.d_max, entry[n], hit)) continue;
-      firm = fused(hit.weight, all(g[14]), firm);
-      fade(entry[n], hit);
-      if (kept < kCached) {
-        cache[kept] = hit;
-        cached_group[kept++] = fit;
-      } else if (rest == listed.met.count) {
-        rest = place[n];
-      }
-      const Ints better = hit.weight > best;
-      best = better ? hit.weight : best;
-      out.group = better ? Ints{} + fit : out.group;
-      ax = better ? hit.gx : ax;
-      ay = better ? hit.gy : ay;
-      az = better ? hit.gz : az;
-      trust = fused(hit.weight, all(g[12]), trust);
-      height = fused(hit.weight, entry[n].height, height);
-      add_hit(A, foot_of(fit), s, hit, one);
-    }
-  }
-  if (!any(best > 0.0f)) return out;
+// The hits that are kept; others, from place `rest` of the list on, are found again.
+struct Cache {
+  Hit hit[kCached];
+  std::int32_t fit[kCached];
+  int kept = 0, rest;
+};
 
-  // How far a hit's gradient agrees with the sheet's; round fits agree by so much more.
-  const auto alike = [&](const Hit& hit, const float* g) {
-    return g[15] + dot_of(hit.gx, hit.gy, hit.gz, ax, ay, az);
-  };
-  const auto turn_to = [](const Floats& nx, const Floats& ny, const Floats& nz, Floats& x,
-                          Floats& y, Floats& z) {
-    const Floats size = square_of(nx, ny, nz), scale = inverse_root(size, kTiny);
-    x = size > kTiny ? nx * scale : x;
-    y = size > kTiny ? ny * scale : y;
-    z = size > kTiny ? nz * scale : z;
-  };
-  // Calls visit(hit, record, foot) for the hits in the cache and those that are found again.
-  const auto each_hit = [&](auto&& visit) {
-    for (int k = 0; k < kept; ++k)
-      visit(cache[k], fit_at(cached_group[k]), foot_of(cached_group[k]));
-    for (int k = rest; k < listed.met.count; ++k) {
+// All that rays meet, but the hits themselves.
+struct Met {
+  Sheet sum;  // as if it were of one sheet
+  Floats best{}, trust{}, firm{}, height{};
+  Floats ax{}, ay{}, az{};  // the heaviest hit's gradient
+  Ints group = Ints{} - 1;  // and its fit
+};
+
+// The samples of a blend, and the fits of their tile.
+struct Blender {
+  const Blend& in;
+  const Sample& s;
+  const Listed& listed;
+
+  const float* fit_at(int fit) const { return in.records + std::ptrdiff_t{fit} * kRecord; }
+  const float* foot_of(int fit) const { return in.feet + std::ptrdiff_t{fit} * 4; }
+  Floats same(const Floats& cosine) const { return smooth_step(in.same_low, in.same_high, cosine); }
+
+  // Calls visit(hit, record, foot) for all hits.
+  template <class Visit>
+  [[gnu::always_inline]] void each_hit(const Cache& cache, const Visit& visit) const {
+    for (int k = 0; k < cache.kept; ++k)
+      visit(cache.hit[k], fit_at(cache.fit[k]), foot_of(cache.fit[k]));
+    for (int k = cache.rest; k < listed.met.count; ++k) {
       const int fit = listed.met.fit[k];
       const float *const g = fit_at(fit), *const foot = foot_of(fit);
       const Entry entry = entry_of(g, foot, s, in.d_max);
@@ -447,170 +403,334 @@ Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
       fade(entry, hit);
       visit(hit, g, foot);
     }
-  };
-  bool one_sheet = rest == listed.met.count;
+  }
+};
+
+[[gnu::always_inline]] inline void add_met(const Blender& by, int place, const Entry& entry,
+                                           Cache& cache, Met& met) {
+  const int fit = by.listed.met.fit[place];
+  const float *const g = by.fit_at(fit), *const foot = by.foot_of(fit);
+  Hit hit;
+  if (!weigh(g, foot, by.s, by.in.d_max, entry, hit)) return;
+  met.firm = fused(hit.weight, all(g[14]), met.firm);
+  fade(entry, hit);
+  if (cache.kept < kCached) {
+    cache.hit[cache.kept] = hit;
+    cache.fit[cache.kept++] = fit;
+  } else if (cache.rest == by.listed.met.count) {
+    cache.rest = place;
+  }
+  const Ints better = hit.weight > met.best;
+  met.best = better ? hit.weight : met.best;
+  met.group = better ? Ints{} + fit : met.group;
+  met.ax = better ? hit.gx : met.ax;
+  met.ay = better ? hit.gy : met.ay;
+  met.az = better ? hit.gz : met.az;
+  met.trust = fused(hit.weight, all(g[12]), met.trust);
+  met.height = fused(hit.weight, entry.height, met.height);
+  add_hit(met.sum, foot, by.s, hit, all(1.0f));
+}
+
+// Half of the fits near the beam are met beyond their reach, and which could not be foreseen: first
+// all that rays meet, without a branch, then the weights of those that count.
+[[gnu::always_inline]] inline void meet_all(const Blender& by, Cache& cache, Met& met) {
+  const List& list = by.listed.met;
+  const Beam beam = beam_of(by.s);
+  cache.rest = list.count;
+  for (int from = 0; from < list.count; from += kBlock) {
+    const int to = from + kBlock < list.count ? from + kBlock : list.count;
+    std::int32_t place[kBlock + kWidth];  // in the list
+    Entry entry[kBlock];
+    int near = 0, count = 0;
+    for (int k = from; k < to; k += kWidth) {
+      const unsigned bits = find_near(list, k, beam);
+      pack(bits, k + kPlaces, place + near);
+      near += __builtin_popcount(bits);
+    }
+    for (int n = 0; n < near; ++n) {
+      const std::int32_t at = place[n], fit = list.fit[at];  // before `count` is waited for
+      place[count] = at;
+      entry[count] = entry_of(by.fit_at(fit), by.foot_of(fit), by.s, by.in.d_max);
+      count += entry[count].counts();
+    }
+    for (int n = 0; n < count; ++n) add_met(by, place[n], entry[n], cache, met);
+  }
+}
+
+// A sheet's gradient.
+struct Axis {
+  Floats x{}, y{}, z{};
+
+  // How far a hit's gradient agrees with it; round fits agree by so much more.
+  Floats alike(const Hit& hit, const float* g) const {
+    return g[15] + dot_of(hit.gx, hit.gy, hit.gz, x, y, z);
+  }
+  void add(const Hit& hit, const Floats& weight) {
+    x = fused(weight, hit.gx, x);
+    y = fused(weight, hit.gy, y);
+    z = fused(weight, hit.gz, z);
+  }
+  void take(const Hit& hit, const Ints& better) {
+    x = better ? hit.gx : x;
+    y = better ? hit.gy : y;
+    z = better ? hit.gz : z;
+  }
+  // Takes the direction of a sum of gradients.
+  void turn_to(const Axis& sum) {
+    const Floats size = square_of(sum.x, sum.y, sum.z), scale = inverse_root(size, kTiny);
+    x = size > kTiny ? sum.x * scale : x;
+    y = size > kTiny ? sum.y * scale : y;
+    z = size > kTiny ? sum.z * scale : z;
+  }
+};
+
+// What rays meet in one sheet, in two, or in three.
+struct Sheets {
+  Sheet A, B, C;
+  bool one = false;  // all is of A
+  Floats third{};    // how far there is C
+};
+
+// Two rounds of mean shift. Returns whether all hits are of the sheet around the axis.
+[[gnu::always_inline]] inline bool find_axis(const Blender& by, const Cache& cache, const Met& met,
+                                             Axis& axis) {
+  bool one_sheet = cache.rest == by.listed.met.count;
   for (int round = 0; round < 2; ++round) {
     if (one_sheet) {
-      Floats least = one;
-      for (int k = 0; k < kept; ++k) {
-        const Floats agrees = alike(cache[k], fit_at(cached_group[k]));
-        least = smaller(least, cache[k].weight > 0.0f ? agrees : one);
+      Floats least = all(1.0f);
+      for (int k = 0; k < cache.kept; ++k) {
+        const Floats agrees = axis.alike(cache.hit[k], by.fit_at(cache.fit[k]));
+        least = smaller(least, cache.hit[k].weight > 0.0f ? agrees : all(1.0f));
       }
-      one_sheet = !any(same(least) < 1.0f);
+      one_sheet = !any(by.same(least) < 1.0f);
     }
-    Floats nx = A.nx, ny = A.ny, nz = A.nz;
+    Axis sum{met.sum.nx, met.sum.ny, met.sum.nz};
     if (!one_sheet) {
-      nx = ny = nz = none;
-      each_hit([&](const Hit& hit, const float* g, const float*) {
-        const Floats a = hit.weight * same(alike(hit, g));
-        nx = fused(a, hit.gx, nx);
-        ny = fused(a, hit.gy, ny);
-        nz = fused(a, hit.gz, nz);
+      sum = {};
+      by.each_hit(cache, [&](const Hit& hit, const float* g, const float*) {
+        sum.add(hit, hit.weight * by.same(axis.alike(hit, g)));
       });
     }
-    turn_to(nx, ny, nz, ax, ay, az);
+    axis.turn_to(sum);
   }
-  Floats third{};
-  if (!one_sheet) {
-    A = Sheet{};
-    Floats bx{}, by{}, bz{}, most{};
-    each_hit([&](const Hit& hit, const float* g, const float* foot) {
-      const Floats share = same(alike(hit, g)), left = (1.0f - share) * hit.weight;
-      add_hit(A, foot, s, hit, share);
-      add_hit(B, foot, s, hit, 1.0f - share);
-      const Ints better = left > most;
-      most = better ? left : most;
-      bx = better ? hit.gx : bx;
-      by = better ? hit.gy : by;
-      bz = better ? hit.gz : bz;
-    });
-    const Floats length = root(square_of(B.nx, B.ny, B.nz)) / larger(B.w, tiny);
-    third = (1.0f - smooth_step(0.95f, 0.98f, length)) *
-            smooth_step(0.003f, 0.02f, B.w / larger(A.w + B.w, tiny));
-    if (any(third > 0.0f)) {
-      const auto of_b = [&](const Hit& hit, const float* g) {
-        return same(g[15] + dot_of(hit.gx, hit.gy, hit.gz, bx, by, bz));
-      };
-      Floats nx{}, ny{}, nz{};
-      each_hit([&](const Hit& hit, const float* g, const float*) {
-        const Floats w = (1.0f - same(alike(hit, g))) * hit.weight * of_b(hit, g);
-        nx = fused(w, hit.gx, nx);
-        ny = fused(w, hit.gy, ny);
-        nz = fused(w, hit.gz, nz);
-      });
-      turn_to(nx, ny, nz, bx, by, bz);
-      B = Sheet{};
-      each_hit([&](const Hit& hit, const float* g, const float* foot) {
-        const Floats others = 1.0f - same(alike(hit, g)), other = third * (1.0f - of_b(hit, g));
-        add_hit(B, foot, s, hit, others * (1.0f - other));
-        add_hit(C, foot, s, hit, others * other);
-      });
-    }
-  }
+  return one_sheet;
+}
 
-  const Floats weights = A.w + B.w + C.w;
-  const Middle a = middle_of(A), b = middle_of(B), c = middle_of(C);
-  Ints edge{};
+// Sheet A lies around the axis. Where what is not of A faces two ways, it makes sheets B and C.
+[[gnu::always_inline]] inline void split(const Blender& by, const Cache& cache, const Axis& axis,
+                                         Sheets& sheets) {
+  Sheet &A = sheets.A, &B = sheets.B, &C = sheets.C;
+  A = Sheet{};
+  Axis other;
+  Floats most{};
+  by.each_hit(cache, [&](const Hit& hit, const float* g, const float* foot) {
+    const Floats share = by.same(axis.alike(hit, g)), left = (1.0f - share) * hit.weight;
+    add_hit(A, foot, by.s, hit, share);
+    add_hit(B, foot, by.s, hit, 1.0f - share);
+    const Ints better = left > most;
+    most = better ? left : most;
+    other.take(hit, better);
+  });
+  const Floats length = root(square_of(B.nx, B.ny, B.nz)) / larger(B.w, all(kTiny));
+  const Floats third = (1.0f - smooth_step(0.95f, 0.98f, length)) *
+                       smooth_step(0.003f, 0.02f, B.w / larger(A.w + B.w, all(kTiny)));
+  sheets.third = third;
+  if (!any(third > 0.0f)) return;
+  Axis sum;
+  by.each_hit(cache, [&](const Hit& hit, const float* g, const float*) {
+    const Floats rest = 1.0f - by.same(axis.alike(hit, g));
+    sum.add(hit, rest * hit.weight * by.same(other.alike(hit, g)));
+  });
+  other.turn_to(sum);
+  B = Sheet{};
+  by.each_hit(cache, [&](const Hit& hit, const float* g, const float* foot) {
+    const Floats rest = 1.0f - by.same(axis.alike(hit, g));
+    const Floats of_c = third * (1.0f - by.same(other.alike(hit, g)));
+    add_hit(B, foot, by.s, hit, rest * (1.0f - of_c));
+    add_hit(C, foot, by.s, hit, rest * of_c);
+  });
+}
+
+[[gnu::always_inline]] inline Sheets sheets_of(const Blender& by, const Cache& cache,
+                                               const Met& met) {
+  Sheets sheets;
+  sheets.A = met.sum;
+  Axis axis{met.ax, met.ay, met.az};
+  sheets.one = find_axis(by, cache, met, axis);
+  if (!sheets.one) split(by, cache, axis, sheets);
+  return sheets;
+}
+
+// The middles of the sheets, and what of them is shown.
+struct Meeting {
+  Middle a, b, c;
+  Floats weights;
   Shares shares{};
-  if (!one_sheet) {
-    const Floats per_all = 1.0f / larger(weights, tiny);
-    const Floats some_b = smooth_step(0.003f, 0.02f, B.w * per_all);
-    const Ints convex = convex_between(a, b), only_b = ~(A.w > 1e-9f * B.w);
-    edge = (B.w > 0.03f * A.w) & convex & (magnitude(a.z - b.z) <= in.crease);
-    if (any(third > 0.0f)) {
-      const Floats some_c = smooth_step(0.003f, 0.02f, C.w * per_all);
-      shares = shares_in_corner(a, b, c, some_b, some_c, only_b, in.crease);
-      edge |= (C.w > 0.03f * A.w) & convex_between(a, c) & (magnitude(a.z - c.z) <= in.crease);
-    } else {
-      shares.b = only_b ? one : takes_over(a.z, b.z, convex, some_b, in.crease);
-    }
-    const Floats apart = magnitude(a.z - b.z);
-    const Ints beside =
-        convex & (apart <= in.crease) & ~only_b & (some_b > 0.0f) & (apart > kMeeting);
-    if (any(beside)) {
-      const Ints is_near = a.z < b.z;
-      const Middle near = either_sheet(a, b, is_near), deep = either_sheet(b, a, is_near);
-      const Floats held = held_by(in, s, listed.rim, near, deep, weights, beside);
-      shares.b = is_near ? shares.b * (1.0f - held)
-                         : fused(held, some_b * (1.0f - shares.c) - shares.b, shares.b);
-    }
+  Ints edge{};  // convex
+};
+
+// Two sheets or three meet.
+[[gnu::always_inline]] inline void share_out(const Blender& by, const Sheets& sheets, Meeting& m) {
+  const float crease = by.in.crease;
+  const Sheet &A = sheets.A, &B = sheets.B, &C = sheets.C;
+  const Floats per_all = 1.0f / larger(m.weights, all(kTiny));
+  const Floats some_b = smooth_step(0.003f, 0.02f, B.w * per_all);
+  const Ints convex = convex_between(m.a, m.b), only_b = ~(A.w > 1e-9f * B.w);
+  const Floats apart = magnitude(m.a.z - m.b.z);
+  m.edge = (B.w > 0.03f * A.w) & convex & (apart <= crease);
+  if (any(sheets.third > 0.0f)) {
+    const Floats some_c = smooth_step(0.003f, 0.02f, C.w * per_all);
+    m.shares = shares_in_corner(m.a, m.b, m.c, some_b, some_c, only_b, crease);
+    m.edge |= (C.w > 0.03f * A.w) & convex_between(m.a, m.c) & (magnitude(m.a.z - m.c.z) <= crease);
+  } else {
+    m.shares.b = only_b ? all(1.0f) : takes_over(m.a.z, m.b.z, convex, some_b, crease);
   }
-  const Floats of_a = one - shares.b - shares.c, of_b = shares.b, of_c = shares.c;
-  out.depth = best > 0.0f ? s.t + a.z * of_a + b.z * of_b + c.z * of_c : out.depth;
-  add_normal(A, a.z, of_a, out);
-  if (!one_sheet) {
-    add_normal(B, b.z, of_b, out);
-    add_normal(C, c.z, of_c, out);
+  // A third face may hold the nearer of A and B.
+  const Ints beside = convex & (apart <= crease) & ~only_b & (some_b > 0.0f) & (apart > kMeeting);
+  if (!any(beside)) return;
+  const Ints is_near = m.a.z < m.b.z;
+  const Middle near = either_sheet(m.a, m.b, is_near), deep = either_sheet(m.b, m.a, is_near);
+  const Floats held = held_by(by.in, by.s, by.listed.rim, near, deep, m.weights, beside);
+  m.shares.b = is_near ? m.shares.b * (1.0f - held)
+                       : fused(held, some_b * (1.0f - m.shares.c) - m.shares.b, m.shares.b);
+}
+
+[[gnu::always_inline]] inline Meeting meeting_of(const Blender& by, const Sheets& sheets) {
+  Meeting m{middle_of(sheets.A), middle_of(sheets.B), middle_of(sheets.C),
+            sheets.A.w + sheets.B.w + sheets.C.w};
+  if (!sheets.one) share_out(by, sheets, m);
+  return m;
+}
+
+// Sets depth and normal. Returns the middle of what is shown.
+[[gnu::always_inline]] inline Axis show(const Sample& s, const Met& met, const Sheets& sheets,
+                                        const Meeting& m, Blended& out) {
+  const auto& [a, b, c, weights, shares, edge] = m;
+  const Floats of_a = all(1.0f) - shares.b - shares.c, of_b = shares.b, of_c = shares.c;
+  out.group = met.group;
+  out.depth = met.best > 0.0f ? s.t + a.z * of_a + b.z * of_b + c.z * of_c : out.depth;
+  add_normal(sheets.A, a.z, of_a, out);
+  if (!sheets.one) {
+    add_normal(sheets.B, b.z, of_b, out);
+    add_normal(sheets.C, c.z, of_c, out);
   }
   const Floats size = inverse_root(square_of(out.nx, out.ny, out.nz), kTiny);
   out.nx *= size;
   out.ny *= size;
   out.nz *= size;
   face_eye(s.dx, s.dy, out.nx, out.ny, out.nz);
+  return {fused(a.cx, of_a, fused(b.cx, of_b, c.cx * of_c)),
+          fused(a.cy, of_a, fused(b.cy, of_b, c.cy * of_c)),
+          fused(a.cz, of_a, fused(b.cz, of_b, c.cz * of_c))};
+}
 
-  const Floats end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
-  Floats wr{}, fr{}, crx{}, cry{}, crz{}, nrx{}, nry{}, nrz{}, within{}, beyond{};
-  Floats outside{}, strong{}, strong_outside{};
+// Sums over the steep and hidden faces at the point that is shown.
+struct Hidden {
+  // Of hidden faces, sheet R: weights, values, feet and gradients; how much those weigh that the
+  // point lies outside of; both times their own weight in the blend.
+  Floats w{}, f{}, cx{}, cy{}, cz{}, nx{}, ny{}, nz{}, outside{}, strong{}, strong_outside{};
+  Floats within{}, beyond{};  // what faces weigh that the point lies in, and outside of
   Turning turning;
-  const Floats mx = fused(a.cx, of_a, fused(b.cx, of_b, c.cx * of_c)),
-               my = fused(a.cy, of_a, fused(b.cy, of_b, c.cy * of_c)),
-               mz = fused(a.cz, of_a, fused(b.cz, of_b, c.cz * of_c));
+};
+
+[[gnu::always_inline]] inline void add_face(const Blender& by, int fit, const FaceValue& face,
+                                            const Axis& middle, const Floats& steep,
+                                            const Blended& shown, Hidden& sum) {
+  const float *const g = by.fit_at(fit), *const foot = by.foot_of(fit);
+  const Floats none{};
+  const auto& [f, gx, gy, gz, counts, per_slope] = face;
+  const Floats cosine = dot_of(gx, gy, gz, shown.nx, shown.ny, shown.nz);
+  const Floats weight = counts * (1.0f - by.same(cosine));
+  const Floats along = fused(gx, by.s.dx, fused(gy, by.s.dy, -gz));
+  if (g[15] > 0.5f * kRoundest) {
+    const Floats belongs =
+        by.same(g[15] + cosine) * smooth_step(0.5f * kRoundest, kRoundest, all(g[15]));
+    sum.turning.add(g, by.s, face, along, along > steep ? counts * belongs : none);
+  }
+  const Floats tx = foot[0] - middle.x, ty = foot[1] - middle.y, tz = foot[2] - middle.z;
+  const Ints convex = (dot_of(tx, ty, tz, shown.nx, shown.ny, shown.nz) < 0.0f) &
+                      (dot_of(tx, ty, tz, gx, gy, gz) > 0.0f);
+  const Floats holds = convex & (along > steep) ? weight : none;
+  sum.within += f > 0.0f ? none : holds;
+  sum.beyond += f > 0.0f ? holds : none;
+  const Floats w = along > 0.0f ? weight : none;
+  const Floats outside = f < 0.0f ? none : w;
+  sum.w += w;
+  sum.outside += outside;
+  sum.strong = fused(w, all(g[13]), sum.strong);
+  sum.strong_outside = fused(outside, all(g[13]), sum.strong_outside);
+  sum.f = fused(w, larger(f, all(kWithin)), sum.f);
+  sum.cx = fused(w, all(foot[0]), sum.cx);
+  sum.cy = fused(w, all(foot[1]), sum.cy);
+  sum.cz = fused(w, all(foot[2]), sum.cz);
+  sum.nx = fused(w, gx, sum.nx);
+  sum.ny = fused(w, gy, sum.ny);
+  sum.nz = fused(w, gz, sum.nz);
+}
+
+[[gnu::always_inline]] inline Hidden hidden_at(const Blender& by, const Axis& middle,
+                                               const Blended& shown) {
+  const List& rim = by.listed.rim;
+  const Sample& s = by.s;
+  const Floats end = shown.depth - s.t, x = s.sx + end * s.dx, y = s.sy + end * s.dy,
+               z = -shown.depth;
   const Floats steep = steep_for(s);
-  const Box box = box_of(ex, ey, -out.depth, out.depth < kNowhere);
-  for (int k = 0; k < listed.rim.count; k += kWidth)
-    for (unsigned near = near_box(listed.rim, k, box); near; near &= near - 1) {
-      const int fit = listed.rim.fit[k + __builtin_ctz(near)];
-      const float *const g = fit_at(fit), *const foot = foot_of(fit);
+  const Box box = box_of(x, y, z, shown.depth < kNowhere);
+  Hidden sum;
+  for (int k = 0; k < rim.count; k += kWidth)
+    for (unsigned near = near_box(rim, k, box); near; near &= near - 1) {
+      const int fit = rim.fit[k + __builtin_ctz(near)];
       FaceValue face;
-      if (!face_at(g, foot, ex, ey, -out.depth, face)) continue;
-      const auto& [f, gx, gy, gz, counts, per_slope] = face;
-      const Floats cosine = dot_of(gx, gy, gz, out.nx, out.ny, out.nz);
-      const Floats weight = counts * (1.0f - same(cosine));
-      const Floats along = fused(gx, s.dx, fused(gy, s.dy, -gz));
-      if (g[15] > 0.5f * kRoundest) {
-        const Floats belongs =
-            same(g[15] + cosine) * smooth_step(0.5f * kRoundest, kRoundest, all(g[15]));
-        turning.add(g, s, face, along, along > steep ? counts * belongs : none);
-      }
-      const Floats tx = foot[0] - mx, ty = foot[1] - my, tz = foot[2] - mz;
-      const Ints convex = (dot_of(tx, ty, tz, out.nx, out.ny, out.nz) < 0.0f) &
-                          (dot_of(tx, ty, tz, gx, gy, gz) > 0.0f);
-      const Floats hidden = convex & (along > steep) ? weight : none;
-      within += f > 0.0f ? none : hidden;
-      beyond += f > 0.0f ? hidden : none;
-      const Floats w = along > 0.0f ? weight : none;
-      const Floats out_w = f < 0.0f ? none : w;
-      wr += w;
-      outside += out_w;
-      strong = fused(w, all(g[13]), strong);
-      strong_outside = fused(out_w, all(g[13]), strong_outside);
-      fr = fused(w, larger(f, all(kWithin)), fr);
-      crx = fused(w, all(foot[0]), crx);
-      cry = fused(w, all(foot[1]), cry);
-      crz = fused(w, all(foot[2]), crz);
-      nrx = fused(w, gx, nrx);
-      nry = fused(w, gy, nry);
-      nrz = fused(w, gz, nrz);
+      if (face_at(by.fit_at(fit), by.foot_of(fit), x, y, z, face))
+        add_face(by, fit, face, middle, steep, shown, sum);
     }
-  const Floats vr = 1.0f / larger(wr, tiny);
-  const Floats rx = crx * vr - mx, ry = cry * vr - my, rz = crz * vr - mz;
-  const Ints credible = strong_outside * wr > kCredible * (strong * outside);
-  const Ints ended = (wr > 1e-3f) & (fr > 0.0f) & credible &
-                     (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
-                     (rx * nrx + ry * nry + rz * nrz > 0.0f);
-  out.trust =
-      smaller(1.001f * weights / larger(trust, tiny), one) * smooth_step(0.002f, 0.015f, firm);
-  const Floats least = out.trust >= 1.0f ? all(kVouchingSure) : all(kVouching);
-  edge |= (within > least) & (within > beyond);
+  return sum;
+}
+
+// Whether hidden faces end the surface: it lies outside of them, and meets them in a convex edge.
+inline Ints ended_by(const Hidden& r, const Axis& middle, const Blended& shown) {
+  const Floats per = 1.0f / larger(r.w, all(kTiny));
+  const Floats x = r.cx * per - middle.x, y = r.cy * per - middle.y, z = r.cz * per - middle.z;
+  const Ints credible = r.strong_outside * r.w > kCredible * (r.strong * r.outside);
+  return (r.w > 1e-3f) & (r.f > 0.0f) & credible &
+         (x * shown.nx + y * shown.ny + z * shown.nz < 0.0f) &
+         (x * r.nx + y * r.ny + z * r.nz > 0.0f);
+}
+
+// The trust of what is shown, and its mark.
+[[gnu::always_inline]] inline Floats trust_of(const Sample& s, const Met& met, const Sheets& sheets,
+                                              const Meeting& m, const Hidden& hidden,
+                                              const Ints& ended) {
+  const Floats none{}, one = all(1.0f), tiny = all(kTiny), weights = m.weights;
+  const Sheet &A = sheets.A, &B = sheets.B, &C = sheets.C;
+  Floats trust = smaller(1.001f * weights / larger(met.trust, tiny), one) *
+                 smooth_step(0.002f, 0.015f, met.firm);
+  const Floats least = trust >= 1.0f ? all(kVouchingSure) : all(kVouching);
+  const Ints edge = m.edge | ((hidden.within > least) & (hidden.within > hidden.beyond));
   const Floats entering =
       dot_of(A.nx + B.nx + C.nx, A.ny + B.ny + C.ny, A.nz + B.nz + C.nz, s.dx, s.dy, all(-1.0f));
-  const Ints over = (height > kOver * weights) | (turning.height_over(weights, entering) > kOver);
-  const Ints passed = over & (out.trust > kSurelyOver);
-  out.trust = over & ~passed ? none : out.trust;
+  const Ints over =
+      (met.height > kOver * weights) | (hidden.turning.height_over(weights, entering) > kOver);
+  const Ints passed = over & (trust > kSurelyOver);
+  trust = over & ~passed ? none : trust;
   const Floats one_face = 1.0f - smooth_step(0.003f, 0.02f, (B.w + C.w) / larger(weights, tiny));
-  const Floats doubt = (1.0f - out.trust) * (1.0f - smooth_step(0.8f, 1.4f, firm) * one_face);
-  out.trust = over | ended ? out.trust : 1.0f - doubt;
-  out.trust += passed ? all(8.0f) : ended ? all(4.0f) : edge ? all(2.0f) : none;
+  const Floats doubt = (1.0f - trust) * (1.0f - smooth_step(0.8f, 1.4f, met.firm) * one_face);
+  trust = over | ended ? trust : 1.0f - doubt;
+  return trust + (passed ? all(8.0f) : ended ? all(4.0f) : edge ? all(2.0f) : none);
+}
+
+Blended blend_at(const Blend& in, const Sample& s, const Listed& listed) {
+  const Blender by{in, s, listed};
+  Blended out;
+  Cache cache;
+  Met met;
+  meet_all(by, cache, met);
+  if (!any(met.best > 0.0f)) return out;
+  const Sheets sheets = sheets_of(by, cache, met);
+  const Meeting meeting = meeting_of(by, sheets);
+  const Axis middle = show(s, met, sheets, meeting, out);
+  const Hidden hidden = hidden_at(by, middle, out);
+  out.trust = trust_of(s, met, sheets, meeting, hidden, ended_by(hidden, middle, out));
   return out;
 }
 
