@@ -114,7 +114,6 @@ typedef struct {
   intv group;         // the heaviest
 } Blended;
 
-// Adds a share of a hit to a sheet.
 inline void add_hit(Sums* sum, global const float* foot, const Sample s, const Hit hit,
                     const floatv share) {
   const floatv pull = share * hit.pull;
@@ -124,10 +123,27 @@ inline void add_hit(Sums* sum, global const float* foot, const Sample s, const H
                px, py, pz);
 }
 
-// How far a hit's gradient agrees with a sheet's, (x, y, z).
-inline floatv alike(const Fits fits, const int fit, const Hit* hit, const floatv x, const floatv y,
-                    const floatv z) {
-  return leeway_of(fits.record + FIT * fit) + dot_of(hit->gx, hit->gy, hit->gz, x, y, z);
+// A sheet's gradient, or a sum of gradients.
+typedef struct {
+  floatv x, y, z;
+} Axis;
+
+inline void add_gradient(Axis* sum, const Hit* hit, const floatv weight) {
+  sum->x = fma(weight, hit->gx, sum->x);
+  sum->y = fma(weight, hit->gy, sum->y);
+  sum->z = fma(weight, hit->gz, sum->z);
+}
+
+inline void take_gradient(Axis* axis, const Hit* hit, const intv where) {
+  axis->x = SELECT(axis->x, hit->gx, where);
+  axis->y = SELECT(axis->y, hit->gy, where);
+  axis->z = SELECT(axis->z, hit->gz, where);
+}
+
+// How far a hit's gradient agrees with a sheet's.
+inline floatv alike(const Fits fits, const int fit, const Hit* hit, const Axis* axis) {
+  return leeway_of(fits.record + FIT * fit) +
+         dot_of(hit->gx, hit->gy, hit->gz, axis->x, axis->y, axis->z);
 }
 
 // The fits of a tile: those that rays may meet, and those that may be steep to them or turn away.
@@ -136,9 +152,9 @@ typedef struct {
 } Listed;
 
 // What of a hit belongs to a sheet, by its gradient.
-inline floatv of_sheet(const Fits fits, const int fit, const Hit* hit, const floatv x, const floatv y,
-                       const floatv z, const Blending by) {
-  return smooth_step(by.same_low, by.same_high, alike(fits, fit, hit, x, y, z));
+inline floatv of_sheet(const Fits fits, const int fit, const Hit* hit, const Axis* axis,
+                       const Blending by) {
+  return smooth_step(by.same_low, by.same_high, alike(fits, fit, hit, axis));
 }
 
 // How far a sheet of so much of the weights counts.
@@ -232,13 +248,13 @@ inline Shares shares_in_corner(const Sheet* a, const Sheet* b, const Sheet* c, c
   return shares;
 }
 
-// The direction of (nx, ny, nz), where it has one.
-inline void turn_to(const floatv nx, const floatv ny, const floatv nz, floatv* x, floatv* y, floatv* z) {
-  const floatv size = square_of(nx, ny, nz);
+// The direction of a sum, where it has one.
+inline void turn_to(const Axis* sum, Axis* axis) {
+  const floatv size = square_of(sum->x, sum->y, sum->z);
   const floatv scale = 1.0f / sqrt(larger(size, (floatv)(1e-30f)));
-  *x = SELECT(*x, nx * scale, size > 1e-30f);
-  *y = SELECT(*y, ny * scale, size > 1e-30f);
-  *z = SELECT(*z, nz * scale, size > 1e-30f);
+  axis->x = SELECT(axis->x, sum->x * scale, size > 1e-30f);
+  axis->y = SELECT(axis->y, sum->y * scale, size > 1e-30f);
+  axis->z = SELECT(axis->z, sum->z * scale, size > 1e-30f);
 }
 
 // How far what is not of sheet A is of two faces, by how long the mean of its gradients is; as far as
@@ -362,265 +378,349 @@ inline floatv held_by(const Sample s, const List rim, const Fits fits, const Ble
                 wanted & (within > beyond));
 }
 
-// Vectors of a structure go by address: a call would copy them byte by byte.
-inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
-                     const Blending blending, Blended* blended) {
-  // Read once: in the loops it would be done each time.
-  const float d_max = blending.d_max, crease = blending.crease;
-  const float same_low = blending.same_low, same_high = blending.same_high;
+// The steps of a blend. Vectors of a structure go by address: a call would copy them byte by byte; and
+// they are inlined, so that they stay in registers.
+#define STEP __attribute__((always_inline)) inline
+
+// All that rays meet, but the hits themselves (Cache).
+typedef struct {
+  Sums sum;     // as if all hits were of one sheet
+  floatv best;  // the heaviest hit's weight,
+  Axis axis;    // gradient,
+  intv group;   // and fit
+  floatv trust, firm, height;
+} Met;
+
+STEP void add_met(const Fits fits, const int fit, const Sample s, const Entry* entry, Hit* hit,
+                  Met* met) {
+  // Fits that a ray grazes are company, too.
+  met->firm = fma(hit->weight, (floatv)(fits.record[FIT * fit + 14]), met->firm);
+  fade_hit(*entry, hit);
+  const intv better = hit->weight > met->best;
+  met->best = SELECT(met->best, hit->weight, better);
+  met->group = SELECT(met->group, (intv)(fit), better);
+  take_gradient(&met->axis, hit, better);
+  met->trust = fma(hit->weight, (floatv)(fits.record[FIT * fit + 12]), met->trust);
+  met->height = fma(hit->weight, entry->height, met->height);
+  add_hit(&met->sum, fits.foot + 4 * fit, s, *hit, (floatv)(1.0f));
+}
+
+STEP void meet_all(const List list, const Fits fits, const Sample s, const float d_max, const Beam beam,
+                   Cache* cache, Met* met) {
   const floatv none = (floatv)(0.0f);
-  const Sample s = *sample;
-  const Beam beam = beam_of(sample);
-  Cache cache;
-  cache.count = 0;
-  cache.rest = listed.met.count;
+  const Axis nowhere = {none, none, none};
+  cache->count = 0;
+  cache->rest = list.count;
+  clear_sums(&met->sum);
+  met->best = met->trust = met->firm = met->height = none;
+  met->axis = nowhere;
+  met->group = (intv)(-1);
   int place[BLOCK + WIDTH];
-  floatv best = none;
-  intv best_group = (intv)(-1);
-  floatv ax = none, ay = none, az = none;
-  floatv trust = none, firm = none, height = none;
-  Sums A, B, C;  // A: as if all hits were of one sheet
-  clear_sums(&A);
-  clear_sums(&B);
-  clear_sums(&C);
-  for (int from = 0; from < listed.met.count; from += BLOCK) {
-    const int to = min(from + BLOCK, listed.met.count);
+  for (int from = 0; from < list.count; from += BLOCK) {
+    const int to = min(from + BLOCK, list.count);
     Entry entry[BLOCK];
-    int found = 0, met = 0;
-    for (int k = from; k < to; k += WIDTH)
-      found = list_lanes(find_near(listed.met, k, beam), k, place, found);
+    int found = 0, count = 0;
+    for (int k = from; k < to; k += WIDTH) found = list_lanes(find_near(list, k, beam), k, place, found);
     for (int n = 0; n < found; ++n) {
-      // Read before it is stored: else it waits for `met`, and so for the fit before.
+      // Read before it is stored: else it waits for `count`, and so for the fit before.
       const int at = place[n];
-      place[met] = at;
-      entry[met] = meet_fit(fits, listed.met.fit[at], s, d_max);
-      met += counts(entry[met]);
+      place[count] = at;
+      entry[count] = meet_fit(fits, list.fit[at], s, d_max);
+      count += counts(entry[count]);
     }
-    for (int n = 0; n < met; ++n) {
-      const int fit = listed.met.fit[place[n]];
+    for (int n = 0; n < count; ++n) {
+      const int fit = list.fit[place[n]];
       Hit hit;
       if (!weigh_fit(fits, fit, s, d_max, entry[n], &hit)) continue;
-      // Fits that a ray grazes are company, too.
-      firm = fma(hit.weight, (floatv)(fits.record[FIT * fit + 14]), firm);
-      fade_hit(entry[n], &hit);
-      if (cache.count < CACHED) {
-        cache.hit[cache.count] = hit;
-        cache.fit[cache.count++] = fit;
+      add_met(fits, fit, s, &entry[n], &hit, met);
+      if (cache->count < CACHED) {
+        cache->hit[cache->count] = hit;
+        cache->fit[cache->count++] = fit;
       } else {
-        cache.rest = min(cache.rest, place[n]);
+        cache->rest = min(cache->rest, place[n]);
       }
-      const intv better = hit.weight > best;
-      best = SELECT(best, hit.weight, better);
-      best_group = SELECT(best_group, (intv)(fit), better);
-      ax = SELECT(ax, hit.gx, better);
-      ay = SELECT(ay, hit.gy, better);
-      az = SELECT(az, hit.gz, better);
-      trust = fma(hit.weight, (floatv)(fits.record[FIT * fit + 12]), trust);
-      height = fma(hit.weight, entry[n].height, height);
-      add_hit(&A, fits.foot + 4 * fit, s, hit, (floatv)(1.0f));
     }
   }
+}
 
+inline int hits_of(const Cache* cache, const List list) {
+  return cache->count + (list.count - cache->rest);
+}
+
+// Two rounds of mean shift to the gradient that dominates. Where all hits belong to its sheet, both
+// give the sum of them all, and there is no other sheet: most samples. Returns whether that is so.
+STEP int find_axis(const Cache* cache, const List list, const Fits fits, const Sample s,
+                   const Blending by, const Sums* all, Axis* axis) {
+  const floatv none = (floatv)(0.0f);
+  int one_sheet = cache->rest == list.count;
+  for (int round = 0; round < 2; ++round) {
+    if (one_sheet) {
+      floatv least = (floatv)(1.0f);
+      for (int k = 0; k < cache->count; ++k)
+        least = smaller(SELECT((floatv)(1.0f), alike(fits, cache->fit[k], &cache->hit[k], axis),
+                               cache->hit[k].weight > 0.0f),
+                        least);
+      one_sheet = !ANY(smooth_step(by.same_low, by.same_high, least) < 1.0f);
+    }
+    Axis sum = {all->nx, all->ny, all->nz};
+    if (!one_sheet) {
+      sum.x = sum.y = sum.z = none;
+      for (int k = 0; k < hits_of(cache, list); ++k) {
+        int fit;
+        Hit hit;
+        if (!hit_again(cache, k, list, fits, s, by.d_max, &fit, &hit)) continue;
+        add_gradient(&sum, &hit, hit.weight * of_sheet(fits, fit, &hit, axis, by));
+      }
+    }
+    turn_to(&sum, axis);
+  }
+  return one_sheet;
+}
+
+// Sheet A lies around an axis. Where what is not of A faces two ways, three faces meet: it makes two
+// sheets, B and C, as far as the returned value says.
+STEP floatv split_hits(const Cache* cache, const List list, const Fits fits, const Sample s,
+                       const Blending by, const Axis* axis, Sums* A, Sums* B, Sums* C) {
+  const floatv none = (floatv)(0.0f);
+  Axis other = {none, none, none};  // of what is not of A, the heaviest
+  floatv most = none;
+  int fit;
+  Hit hit;
+  clear_sums(A);
+  for (int k = 0; k < hits_of(cache, list); ++k) {
+    if (!hit_again(cache, k, list, fits, s, by.d_max, &fit, &hit)) continue;
+    const floatv share = of_sheet(fits, fit, &hit, axis, by);
+    add_hit(A, fits.foot + 4 * fit, s, hit, share);
+    add_hit(B, fits.foot + 4 * fit, s, hit, 1.0f - share);
+    const floatv left = (1.0f - share) * hit.weight;
+    const intv better = left > most;
+    most = SELECT(most, left, better);
+    take_gradient(&other, &hit, better);
+  }
+  const floatv third = third_of(A, B);
+  if (!ANY(third > 0.0f)) return third;
+  Axis sum = {none, none, none};
+  for (int k = 0; k < hits_of(cache, list); ++k) {
+    if (!hit_again(cache, k, list, fits, s, by.d_max, &fit, &hit)) continue;
+    const floatv rest = 1.0f - of_sheet(fits, fit, &hit, axis, by);
+    add_gradient(&sum, &hit, rest * hit.weight * of_sheet(fits, fit, &hit, &other, by));
+  }
+  turn_to(&sum, &other);
+  clear_sums(B);
+  for (int k = 0; k < hits_of(cache, list); ++k) {
+    if (!hit_again(cache, k, list, fits, s, by.d_max, &fit, &hit)) continue;
+    const floatv rest = 1.0f - of_sheet(fits, fit, &hit, axis, by);
+    const floatv of_c = third * (1.0f - of_sheet(fits, fit, &hit, &other, by));
+    add_hit(B, fits.foot + 4 * fit, s, hit, rest * (1.0f - of_c));
+    add_hit(C, fits.foot + 4 * fit, s, hit, rest * of_c);
+  }
+  return third;
+}
+
+// What rays meet: up to three sheets, what they weigh together, and the convex edges between them.
+typedef struct {
+  Sheet a, b, c;
+  floatv all;
+  intv edge;
+} Meeting;
+
+// How much of what is shown is of sheets B and C; sets the edges.
+STEP Shares share_out(const Sample s, const List rim, const Fits fits, const Blending by, const Sums* A,
+                      const Sums* B, const Sums* C, const floatv third, Meeting* m) {
+  const Sheet *const a = &m->a, *const b = &m->b, *const c = &m->c;
+  const float crease = by.crease;
+  const floatv per_all = 1.0f / larger(m->all, (floatv)(1e-30f));
+  const floatv some_b = counts_by(B->w * per_all);
+  const intv convex = convex_between(a, b), only_b = !(A->w > 1e-9f * B->w);
+  Shares shares = {(floatv)(0.0f), (floatv)(0.0f)};
+  m->edge = (B->w > 0.03f * A->w) & convex & near_each(a->z, b->z, crease);
+  if (ANY(third > 0.0f)) {
+    const floatv some_c = counts_by(C->w * per_all);
+    shares = shares_in_corner(a, b, c, some_b, some_c, only_b, crease);
+    m->edge |= (C->w > 0.03f * A->w) & convex_between(a, c) & near_each(a->z, c->z, crease);
+  } else {
+    shares.b = SELECT(takes_over(a->z, b->z, convex, some_b, crease), (floatv)(1.0f), only_b);
+  }
+  const intv beside = convex & near_each(a->z, b->z, crease) & !only_b & (some_b > 0.0f) &
+                      (fabs(a->z - b->z) > MEETING);
+  if (ANY(beside)) {
+    const intv is_near = a->z < b->z;
+    const Sheet near = either_sheet(a, b, is_near), deep = either_sheet(b, a, is_near);
+    const floatv held = held_by(s, rim, fits, by, &near, &deep, m->all, beside);
+    shares.b = SELECT(fma(held, some_b * (1.0f - shares.c) - shares.b, shares.b),
+                      shares.b * (1.0f - held), is_near);
+  }
+  return shares;
+}
+
+// Sums over the faces at the point that is shown. Where the fluid turns away from the eye no ray enters
+// it, and hidden fits tell of sheet R. A convex edge between the surface and R ends the surface where it
+// leaves R's fluid. Within it R vouches for the surface, as sheet B does, and so do faces so steep that
+// the ray meets them far away.
+typedef struct {
+  // Of R: weights, values, feet and gradients; what those weigh that the point lies outside of; and both
+  // times their own weight in the blend.
+  floatv w, f, cx, cy, cz, nx, ny, nz, outside, strong, strong_outside;
+  floatv within, beyond;  // what faces weigh that the point lies in, and outside of
+  Turning turning;
+} Hidden;
+
+// `middle` is that of the sheet that is shown, `steep` what steep_for says.
+STEP void add_face(Hidden* sum, const Fits fits, const int fit, const Sample s, const FaceValue* face,
+                   const Axis* middle, const Blended* shown, const floatv steep, const Blending by) {
+  global const float* foot = fits.foot + 4 * fit;
+  global const float* g = fits.record + FIT * fit;
+  const floatv none = (floatv)(0.0f);
+  const floatv cosine = dot_of(face->gx, face->gy, face->gz, shown->nx, shown->ny, shown->nz);
+  const floatv weight = face->weight * (1.0f - smooth_step(by.same_low, by.same_high, cosine));
+  const floatv along = fma(face->gx, s.dx, fma(face->gy, s.dy, -face->gz));
+  if (g[15] > 0.5f * ROUNDEST) {
+    const floatv same = smooth_step(by.same_low, by.same_high, leeway_of(g) + cosine) *
+                        smooth_step(0.5f * ROUNDEST, ROUNDEST, (floatv)(g[15]));
+    const floatv turned = SELECT(none, face->weight * same, along > steep);
+    add_turning(&sum->turning, g, s, face, along, turned);
+  }
+  const floatv tx = foot[0] - middle->x, ty = foot[1] - middle->y, tz = foot[2] - middle->z;
+  const intv convex = (dot_of(tx, ty, tz, shown->nx, shown->ny, shown->nz) < 0.0f) &
+                      (dot_of(tx, ty, tz, face->gx, face->gy, face->gz) > 0.0f);
+  const floatv hidden = SELECT(none, weight, convex & (along > steep));
+  sum->within += SELECT(hidden, none, face->f > 0.0f);
+  sum->beyond += SELECT(none, hidden, face->f > 0.0f);
+  const floatv w = SELECT(none, weight, along > 0.0f);
+  const floatv own = (floatv)(g[13]);
+  const floatv outside = SELECT(w, none, face->f < 0.0f);
+  sum->w += w;
+  sum->outside += outside;
+  sum->strong = fma(w, own, sum->strong);
+  sum->strong_outside = fma(outside, own, sum->strong_outside);
+  // Of several faces one that the point lies outside of ends the surface, however far within the
+  // others it lies. The next ones are no numbers where the depth is infinite; w is 0 there.
+  sum->f = fma(w, larger(face->f, (floatv)(WITHIN)), sum->f);
+  sum->cx = fma(w, (floatv)(foot[0]), sum->cx);
+  sum->cy = fma(w, (floatv)(foot[1]), sum->cy);
+  sum->cz = fma(w, (floatv)(foot[2]), sum->cz);
+  sum->nx = fma(w, face->gx, sum->nx);
+  sum->ny = fma(w, face->gy, sum->ny);
+  sum->nz = fma(w, face->gz, sum->nz);
+}
+
+STEP void look_at_hidden(const List rim, const Fits fits, const Sample s, const Axis* middle,
+                         const Blended* shown, const Blending by, Hidden* sum) {
+  const floatv none = (floatv)(0.0f);
+  const Hidden nothing = {none, none, none, none, none, none, none, none,
+                          none, none, none, none, none, {none, none, none, none}};
+  *sum = nothing;
+  const floatv end = shown->depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
+  const floatv steep = steep_for(s);
+  const Box box = box_of(ex, ey, -shown->depth, shown->depth < INFINITY);
+  int place[BLOCK + WIDTH];
+  for (int from = 0; from < rim.count; from += BLOCK) {
+    const int to = min(from + BLOCK, rim.count);
+    int found = 0;
+    for (int k = from; k < to; k += WIDTH) found = list_lanes(near_box(rim, k, box), k, place, found);
+    for (int n = 0; n < found; ++n) {
+      const int fit = rim.fit[place[n]];
+      FaceValue face;
+      if (face_at(fits, fit, ex, ey, -shown->depth, &face))
+        add_face(sum, fits, fit, s, &face, middle, shown, steep, by);
+    }
+  }
+}
+
+// Whether hidden faces end the surface.
+STEP intv ended_by(const Hidden* r, const Axis* middle, const Blended* shown) {
+  const floatv per = 1.0f / larger(r->w, (floatv)(1e-30f));
+  const floatv x = r->cx * per - middle->x, y = r->cy * per - middle->y, z = r->cz * per - middle->z;
+  // Bevels between hidden faces end nothing that these hold.
+  const intv credible = r->strong_outside * r->w > CREDIBLE * (r->strong * r->outside);
+  return (r->w > 1e-3f) & (r->f > 0.0f) & credible &
+         (x * shown->nx + y * shown->ny + z * shown->nz < 0.0f) &
+         (x * r->nx + y * r->ny + z * r->nz > 0.0f);
+}
+
+// Depth and normal of the shown sheets; sets the middle of their feet.
+STEP void show(const Sample s, const Met* met, const Sums* A, const Sums* B, const Sums* C,
+               const int one_sheet, const Meeting* m, const Shares* shares, Blended* out, Axis* middle) {
+  const Sheet *const a = &m->a, *const b = &m->b, *const c = &m->c;
+  const floatv of_a = (floatv)(1.0f) - shares->b - shares->c, of_b = shares->b, of_c = shares->c;
+  out->depth = SELECT((floatv)(INFINITY), s.t + a->z * of_a + b->z * of_b + c->z * of_c,
+                      met->best > 0.0f);
+  floatv nx = (floatv)(0.0f), ny = nx, nz = nx;
+  add_normal(A, a->z, of_a, &nx, &ny, &nz);
+  if (!one_sheet) {
+    add_normal(B, b->z, of_b, &nx, &ny, &nz);
+    add_normal(C, c->z, of_c, &nx, &ny, &nz);
+  }
+  const floatv size = 1.0f / sqrt(larger(square_of(nx, ny, nz), (floatv)(1e-30f)));
+  out->nx = plain_zero(nx * size);  // see gradient_at
+  out->ny = plain_zero(ny * size);
+  out->nz = plain_zero(nz * size);
+  face_eye(s.dx, s.dy, &out->nx, &out->ny, &out->nz);
+  middle->x = fma(a->cx, of_a, fma(b->cx, of_b, c->cx * of_c));
+  middle->y = fma(a->cy, of_a, fma(b->cy, of_b, c->cy * of_c));
+  middle->z = fma(a->cz, of_a, fma(b->cz, of_b, c->cz * of_c));
+}
+
+// The trust of what is shown, and its mark.
+STEP floatv trust_of(const Sample s, const Met* met, const Sums* A, const Sums* B, const Sums* C,
+                     const Meeting* m, const Hidden* hidden, const intv ended) {
+  const floatv none = (floatv)(0.0f), tiny = (floatv)(1e-30f), all = m->all;
+  // The mean trust under the weights without it; what only rounding keeps from 1 is 1. Where hardly
+  // any firm fit is near, the fits that are met reach out into the air: there is nothing to trust.
+  floatv trust = smaller(1.001f * all / larger(met->trust, tiny), (floatv)(1.0f)) *
+                 smooth_step(ALONE, COMPANY, met->firm);
+  const floatv least = SELECT((floatv)(VOUCHING), (floatv)(VOUCHING_SURE), trust >= 1.0f);
+  const floatv within = hidden->within, beyond = hidden->beyond;
+  intv edge = m->edge;
+  edge |= (within > least) & (within > beyond);
+  const floatv entering = dot_of(A->nx + B->nx + C->nx, A->ny + B->ny + C->ny, A->nz + B->nz + C->nz,
+                                 s.dx, s.dy, (floatv)(-1.0f));
+  const intv over = (met->height > OVER * all) | (height_over(&hidden->turning, all, entering) > OVER);
+  // Where such fits are not trusted nothing is met: the field alone tells whether there is fluid.
+  const intv passed = over & (trust > SURELY_OVER);
+  trust = SELECT(trust, none, over & !passed);
+  const floatv one_face = 1.0f - counts_by((B->w + C->w) / larger(all, tiny));
+  const floatv doubt = (1.0f - trust) * (1.0f - smooth_step(SOME_FIRM, MANY_FIRM, met->firm) * one_face);
+  trust = SELECT(1.0f - doubt, trust, over | ended);
+  const floatv on_edge = SELECT(none, (floatv)(ON_EDGE), edge);
+  return trust + SELECT(SELECT(on_edge, (floatv)(ENDED), ended), (floatv)(PASSED), passed);
+}
+
+inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
+                     const Blending blending, Blended* blended) {
+  const Blending by = blending;  // read once: in the loops it would be done each time
+  const floatv none = (floatv)(0.0f);
+  const Sample s = *sample;
+  Cache cache;
+  Met met;
+  meet_all(listed.met, fits, s, by.d_max, beam_of(sample), &cache, &met);
   Blended out;
-  out.group = best_group;
-  if (!ANY(best > 0.0f)) {
+  out.group = met.group;
+  if (!ANY(met.best > 0.0f)) {
     out.depth = (floatv)(INFINITY);
     out.nx = out.ny = out.nz = out.trust = none;
     *blended = out;
     return;
   }
-  const int total = cache.count + (listed.met.count - cache.rest);
 
-  // Two rounds of mean shift to the gradient that dominates. Where all hits belong to its sheet,
-  // both give the sum of them all, and there is no other sheet: most samples.
-  int one_sheet = cache.rest == listed.met.count, fit;
-  Hit hit;
-  for (int round = 0; round < 2; ++round) {
-    if (one_sheet) {
-      floatv least = (floatv)(1.0f);
-      for (int k = 0; k < cache.count; ++k)
-        least = smaller(SELECT((floatv)(1.0f),
-                               alike(fits, cache.fit[k], &cache.hit[k], ax, ay, az),
-                               cache.hit[k].weight > 0.0f),
-                        least);
-      one_sheet = !ANY(smooth_step(same_low, same_high, least) < 1.0f);
-    }
-    floatv nx = A.nx, ny = A.ny, nz = A.nz;
-    if (!one_sheet) {
-      nx = ny = nz = none;
-      for (int k = 0; k < total; ++k) {
-        if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
-        const floatv a = hit.weight * of_sheet(fits, fit, &hit, ax, ay, az, blending);
-        nx = fma(a, hit.gx, nx);
-        ny = fma(a, hit.gy, ny);
-        nz = fma(a, hit.gz, nz);
-      }
-    }
-    turn_to(nx, ny, nz, &ax, &ay, &az);
-  }
+  Sums A = met.sum, B, C;
+  clear_sums(&B);
+  clear_sums(&C);
+  Axis axis = met.axis;
+  const int one_sheet = find_axis(&cache, listed.met, fits, s, by, &met.sum, &axis);
   floatv third = none;
-  if (!one_sheet) {
-    clear_sums(&A);
-    floatv bx = none, by = none, bz = none, most = none;  // of what is not of A, the heaviest
-    for (int k = 0; k < total; ++k) {
-      if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
-      const floatv share = of_sheet(fits, fit, &hit, ax, ay, az, blending);
-      add_hit(&A, fits.foot + 4 * fit, s, hit, share);
-      add_hit(&B, fits.foot + 4 * fit, s, hit, 1.0f - share);
-      const floatv left = (1.0f - share) * hit.weight;
-      const intv better = left > most;
-      most = SELECT(most, left, better);
-      bx = SELECT(bx, hit.gx, better);
-      by = SELECT(by, hit.gy, better);
-      bz = SELECT(bz, hit.gz, better);
-    }
-    // Where what is not of A faces two ways, three faces meet: it makes two sheets, B and C.
-    third = third_of(&A, &B);
-    if (ANY(third > 0.0f)) {
-      floatv nx = none, ny = none, nz = none;
-      for (int k = 0; k < total; ++k) {
-        if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
-        const floatv rest = 1.0f - of_sheet(fits, fit, &hit, ax, ay, az, blending);
-        const floatv w = rest * hit.weight * of_sheet(fits, fit, &hit, bx, by, bz, blending);
-        nx = fma(w, hit.gx, nx);
-        ny = fma(w, hit.gy, ny);
-        nz = fma(w, hit.gz, nz);
-      }
-      turn_to(nx, ny, nz, &bx, &by, &bz);
-      clear_sums(&B);
-      for (int k = 0; k < total; ++k) {
-        if (!hit_again(&cache, k, listed.met, fits, s, d_max, &fit, &hit)) continue;
-        const floatv rest = 1.0f - of_sheet(fits, fit, &hit, ax, ay, az, blending);
-        const floatv other = third * (1.0f - of_sheet(fits, fit, &hit, bx, by, bz, blending));
-        add_hit(&B, fits.foot + 4 * fit, s, hit, rest * (1.0f - other));
-        add_hit(&C, fits.foot + 4 * fit, s, hit, rest * other);
-      }
-    }
-  }
+  if (!one_sheet) third = split_hits(&cache, listed.met, fits, s, by, &axis, &A, &B, &C);
 
-  const floatv tiny = (floatv)(1e-30f), all = A.w + B.w + C.w;
-  const Sheet a = sheet_of(&A), b = sheet_of(&B), c = sheet_of(&C);
-  intv edge = (intv)(0);  // convex
+  Meeting meeting = {sheet_of(&A), sheet_of(&B), sheet_of(&C), A.w + B.w + C.w, (intv)(0)};
   Shares shares = {none, none};
-  if (!one_sheet) {
-    const floatv per_all = 1.0f / larger(all, tiny);
-    const floatv some_b = counts_by(B.w * per_all);
-    const intv convex = convex_between(&a, &b), only_b = !(A.w > 1e-9f * B.w);
-    edge = (B.w > 0.03f * A.w) & convex & near_each(a.z, b.z, crease);
-    if (ANY(third > 0.0f)) {
-      const floatv some_c = counts_by(C.w * per_all);
-      shares = shares_in_corner(&a, &b, &c, some_b, some_c, only_b, crease);
-      edge |= (C.w > 0.03f * A.w) & convex_between(&a, &c) & near_each(a.z, c.z, crease);
-    } else {
-      shares.b = SELECT(takes_over(a.z, b.z, convex, some_b, crease), (floatv)(1.0f), only_b);
-    }
-    const intv beside = convex & near_each(a.z, b.z, crease) & !only_b & (some_b > 0.0f) &
-                        (fabs(a.z - b.z) > MEETING);
-    if (ANY(beside)) {
-      const intv is_near = a.z < b.z;
-      const Sheet near = either_sheet(&a, &b, is_near), deep = either_sheet(&b, &a, is_near);
-      const floatv held = held_by(s, listed.rim, fits, blending, &near, &deep, all, beside);
-      shares.b = SELECT(fma(held, some_b * (1.0f - shares.c) - shares.b, shares.b),
-                        shares.b * (1.0f - held), is_near);
-    }
-  }
-  const floatv of_a = (floatv)(1.0f) - shares.b - shares.c, of_b = shares.b, of_c = shares.c;
-  out.depth = SELECT((floatv)(INFINITY), s.t + a.z * of_a + b.z * of_b + c.z * of_c, best > 0.0f);
-  floatv nx = none, ny = none, nz = none;
-  add_normal(&A, a.z, of_a, &nx, &ny, &nz);
-  if (!one_sheet) {
-    add_normal(&B, b.z, of_b, &nx, &ny, &nz);
-    add_normal(&C, c.z, of_c, &nx, &ny, &nz);
-  }
-  const floatv size = 1.0f / sqrt(larger(square_of(nx, ny, nz), tiny));
-  out.nx = plain_zero(nx * size);  // see gradient_at
-  out.ny = plain_zero(ny * size);
-  out.nz = plain_zero(nz * size);
-  face_eye(s.dx, s.dy, &out.nx, &out.ny, &out.nz);
-  // Where the fluid turns away from the eye no ray enters it, and hidden fits tell of sheet R. A
-  // convex edge between the surface and R ends the surface where it leaves R's fluid. Within it R
-  // vouches for the surface, as sheet B does, and so do faces so steep that the ray meets them far away.
-  const floatv end = out.depth - s.t, ex = s.sx + end * s.dx, ey = s.sy + end * s.dy;
-  floatv wr = (floatv)(0.0f), fr = wr, crx = wr, cry = wr, crz = wr, nrx = wr, nry = wr, nrz = wr;
-  // How much those weigh that the point lies outside of; and both times their own weight in the blend.
-  floatv outside = wr, strong = wr, strong_outside = wr;
-  // The middle of the sheet that is shown.
-  const floatv mx = fma(a.cx, of_a, fma(b.cx, of_b, c.cx * of_c)),
-               my = fma(a.cy, of_a, fma(b.cy, of_b, c.cy * of_c)),
-               mz = fma(a.cz, of_a, fma(b.cz, of_b, c.cz * of_c));
-  floatv within = wr, beyond = wr;  // what faces weigh that the point lies in, and outside of
-  Turning turning = {wr, wr, wr, wr};
-  const floatv steep = steep_for(s);
-  const Box box = box_of(ex, ey, -out.depth, out.depth < INFINITY);
-  for (int from = 0; from < listed.rim.count; from += BLOCK) {
-    const int to = min(from + BLOCK, listed.rim.count);
-    int found = 0;
-    for (int k = from; k < to; k += WIDTH)
-      found = list_lanes(near_box(listed.rim, k, box), k, place, found);
-    for (int n = 0; n < found; ++n) {
-      const int fit = listed.rim.fit[place[n]];
-      global const float* foot = fits.foot + 4 * fit;
-      FaceValue face;
-      if (!face_at(fits, fit, ex, ey, -out.depth, &face)) continue;
-      const floatv cosine = dot_of(face.gx, face.gy, face.gz, out.nx, out.ny, out.nz);
-      const floatv weight = face.weight * (1.0f - smooth_step(same_low, same_high, cosine));
-      const floatv along = fma(face.gx, s.dx, fma(face.gy, s.dy, -face.gz));
-      global const float* g = fits.record + FIT * fit;
-      if (g[15] > 0.5f * ROUNDEST) {
-        const floatv same = smooth_step(same_low, same_high, leeway_of(g) + cosine) *
-                            smooth_step(0.5f * ROUNDEST, ROUNDEST, (floatv)(g[15]));
-        const floatv turned = SELECT((floatv)(0.0f), face.weight * same, along > steep);
-        add_turning(&turning, g, s, &face, along, turned);
-      }
-      const floatv tx = foot[0] - mx, ty = foot[1] - my, tz = foot[2] - mz;
-      const intv convex = (dot_of(tx, ty, tz, out.nx, out.ny, out.nz) < 0.0f) &
-                          (dot_of(tx, ty, tz, face.gx, face.gy, face.gz) > 0.0f);
-      const floatv hidden = SELECT((floatv)(0.0f), weight, convex & (along > steep));
-      within += SELECT(hidden, (floatv)(0.0f), face.f > 0.0f);
-      beyond += SELECT((floatv)(0.0f), hidden, face.f > 0.0f);
-      const floatv w = SELECT((floatv)(0.0f), weight, along > 0.0f);
-      const floatv own = (floatv)(g[13]);
-      const floatv out_w = SELECT(w, (floatv)(0.0f), face.f < 0.0f);
-      wr += w;
-      outside += out_w;
-      strong = fma(w, own, strong);
-      strong_outside = fma(out_w, own, strong_outside);
-      // Of several faces one that the point lies outside of ends the surface, however far within the
-      // others it lies. The next ones are no numbers where the depth is infinite; wr is 0 there.
-      fr = fma(w, larger(face.f, (floatv)(WITHIN)), fr);
-      crx = fma(w, (floatv)(foot[0]), crx);
-      cry = fma(w, (floatv)(foot[1]), cry);
-      crz = fma(w, (floatv)(foot[2]), crz);
-      nrx = fma(w, face.gx, nrx);
-      nry = fma(w, face.gy, nry);
-      nrz = fma(w, face.gz, nrz);
-    }
-  }
-  const floatv vr = 1.0f / larger(wr, tiny);
-  const floatv rx = crx * vr - mx, ry = cry * vr - my, rz = crz * vr - mz;
-  // Bevels between hidden faces end nothing that these hold.
-  const intv credible = strong_outside * wr > CREDIBLE * (strong * outside);
-  const intv ended = (wr > 1e-3f) & (fr > 0.0f) & credible &
-                     (rx * out.nx + ry * out.ny + rz * out.nz < 0.0f) &
-                     (rx * nrx + ry * nry + rz * nrz > 0.0f);
-  // The mean trust under the weights without it; what only rounding keeps from 1 is 1. Where hardly
-  // any firm fit is near, the fits that are met reach out into the air: there is nothing to trust.
-  out.trust = smaller(1.001f * all / larger(trust, tiny), (floatv)(1.0f)) *
-              smooth_step(ALONE, COMPANY, firm);
-  const floatv least = SELECT((floatv)(VOUCHING), (floatv)(VOUCHING_SURE), out.trust >= 1.0f);
-  edge |= (within > least) & (within > beyond);
-  const floatv entering = dot_of(A.nx + B.nx + C.nx, A.ny + B.ny + C.ny, A.nz + B.nz + C.nz, s.dx, s.dy,
-                                 (floatv)(-1.0f));
-  const intv over = (height > OVER * all) | (height_over(&turning, all, entering) > OVER);
-  // Where such fits are not trusted nothing is met: the field alone tells whether there is fluid.
-  const intv passed = over & (out.trust > SURELY_OVER);
-  out.trust = SELECT(out.trust, (floatv)(0.0f), over & !passed);
-  const floatv one_face = 1.0f - counts_by((B.w + C.w) / larger(all, tiny));
-  const floatv doubt =
-      (1.0f - out.trust) * (1.0f - smooth_step(SOME_FIRM, MANY_FIRM, firm) * one_face);
-  out.trust = SELECT(1.0f - doubt, out.trust, over | ended);
-  const floatv on_edge = SELECT((floatv)(0.0f), (floatv)(ON_EDGE), edge);
-  out.trust += SELECT(SELECT(on_edge, (floatv)(ENDED), ended), (floatv)(PASSED), passed);
+  if (!one_sheet) shares = share_out(s, listed.rim, fits, by, &A, &B, &C, third, &meeting);
+  Axis middle;
+  show(s, &met, &A, &B, &C, one_sheet, &meeting, &shares, &out, &middle);
+
+  Hidden hidden;
+  look_at_hidden(listed.rim, fits, s, &middle, &out, by, &hidden);
+  const intv ended = ended_by(&hidden, &middle, &out);
+  out.trust = trust_of(s, &met, &A, &B, &C, &meeting, &hidden, ended);
   *blended = out;
 }
 

@@ -73,94 +73,212 @@ inline int changed_near_run(global const uchar* changed, const int2 run, const i
 #endif
 }
 
-// Finds what changes among WIDTH samples of row j from column i on; returns whether any does.
-inline int close_row(const int i, const int j, global const float* depth,
-                     global const float* normal, global const int* group,
-                     global const uchar* kind, global float* closed_depth,
-                     global float* closed_normal, global int* closed_group,
-                     global uchar* closed_kind, global uchar* change, const int2 samples,
-                     const float jump, const float large_until) {
-  const int s = j * samples.x + i, n = samples.x * samples.y;
+// The steps of a round are inlined, so that their vectors stay in registers.
+#define STEP __attribute__((always_inline)) inline
+
+// The surface before a round, and where what it changes is written.
+typedef struct {
+  global const float *depth, *normal;
+  global const int* group;
+  global const uchar* kind;
+} Before;
+
+typedef struct {
+  global float *depth, *normal;
+  global int* group;
+  global uchar *kind, *change;
+} After;
+
+// WIDTH samples of row j from column i on.
+typedef struct {
+  int i, j, at;
+  floatv t, column;
+  intv empty, eligible;
+} Row;
+
+inline Row row_at(const Before before, const int i, const int j, const int2 samples,
+                  const float large_until) {
+  Row row;
+  row.i = i;
+  row.j = j;
+  row.at = j * samples.x + i;
+  row.t = LOADF(before.depth + row.at);
+  row.column = (float)i + LANES;
+  row.empty = !(row.t < INFINITY);
+  const intv inner = (row.column > 0.0f) & (row.column < (float)(samples.x - 1));
+  row.eligible = inner & (row.empty | (row.t <= large_until));
+  return row;
+}
+
+// Neighbour k of the eight, row by row; the fifth of the nine is the sample itself.
+inline int shift_of(const int k, const int2 samples) {
+  return (k / 3 - 1) * samples.x + k % 3 - 1;
+}
+
+// The neighbours' depths, and how a sample hangs together with them.
+typedef struct {
+  floatv far, near, apart;        // apart: the farthest that it does not hang together with
+  intv covered, joined, linked;
+} Around;
+
+STEP void look_around(const Before before, const Row* row, const int2 samples, const float jump,
+                      Around* around) {
+  const intv zero = (intv)(0), one = (intv)(1);
+  around->far = around->apart = (floatv)(0.0f);
+  around->near = (floatv)(INFINITY);
+  around->covered = around->joined = around->linked = zero;
+#pragma unroll
+  for (int k = 0; k < 9; ++k) {
+    if (k == 4) continue;
+    const floatv d = load_from(before.depth, row->at + shift_of(k, samples));
+    const intv there = d < INFINITY;
+    around->covered += SELECT(zero, one, there);
+    around->far = SELECT(around->far, larger(around->far, d), there);
+    around->near = smaller(around->near, d);
+    const intv hangs = there & (fabs(d - row->t) <= jump);
+    around->joined += SELECT(zero, one, hangs);
+    around->apart = SELECT(around->apart, larger(around->apart, d), there & !hangs);
+    if (k % 2 == 1) around->linked |= fabs(d - row->t) <= LINK;
+  }
+}
+
+// What a sample's own normal has along a sum of normals.
+inline floatv along_sum(const Before before, const int at, const int n, const floatv sx, const floatv sy,
+                        const floatv sz) {
+  return LOADF(before.normal + at) * sx + LOADF(before.normal + n + at) * sy +
+         LOADF(before.normal + 2 * n + at) * sz;
+}
+
+// Whether no sample changes: within one layer only a normal can stand alone, which is seldom.
+STEP int all_stay(const Before before, const Row* row, const Around* around, const int2 samples,
+                  const float jump) {
+  const int n = samples.x * samples.y;
+  const intv eligible = row->eligible;
+  if (!ANY(eligible & (!row->empty | (around->covered > 0)))) return 1;
+  if (!ALL(!eligible | (!row->empty & (around->covered == 8) & (around->joined >= 3) & around->linked &
+                        (around->far - around->near <= jump))))
+    return 0;
+  floatv sx = (floatv)(0.0f), sy = sx, sz = sx;
+#pragma unroll
+  for (int k = 0; k < 9; ++k) {
+    if (k == 4) continue;
+    const int at = row->at + shift_of(k, samples);
+    sx += load_from(before.normal, at);
+    sy += LOADF(before.normal + n + at);
+    sz += LOADF(before.normal + 2 * n + at);
+  }
+  const floatv size = sqrt(sx * sx + sy * sy + sz * sz), agreement = size / 8.0f;
+  const floatv along = along_sum(before, row->at, n, sx, sy, sz);
+  return !ANY(eligible & (agreement > 0.93f) & (along < (agreement - 0.03f) * size));
+}
+
+// How many of the 24 around samples without surface have some, where that may close a hole.
+STEP intv covered_within_two(const Before before, const Row* row, const intv may_close,
+                             const int2 samples) {
+  const intv zero = (intv)(0), one = (intv)(1);
+  intv around = zero;
+  if (row->j <= 1 || row->j >= samples.y - 2 || !ANY(may_close)) return around;
+  for (int k = 0; k < 25; ++k)
+    around += SELECT(zero, one,
+                     load_from(before.depth, row->at + (k / 5 - 2) * samples.x + k % 5 - 2) < INFINITY);
+  return SELECT(zero, around, (row->column > 1.0f) & (row->column < (float)(samples.x - 2)));
+}
+
+// The depth of the farthest layer around, which for a sample of the surface is one that it does not
+// belong to unless all neighbours do; in a pit, of those that it does not hang together with.
+STEP floatv farthest_layer(const Before before, const Row* row, const Around* around, const intv speck,
+                           const int2 samples, const float jump) {
+  if (!ANY(speck)) return around->far;
+  const floatv t = row->t;
+  intv between = (intv)(0);
+#pragma unroll
+  for (int k = 0; k < 4; ++k) {
+    const int shift = shift_of(k, samples);
+    between |= larger(load_from(before.depth, row->at + shift),
+                      load_from(before.depth, row->at - shift)) < t - jump;
+  }
+  return SELECT(around->far, around->apart, speck & between);
+}
+
+// Sums over the neighbours of a layer; how many they are, and where the first one is.
+typedef struct {
+  floatv depth, x, y, z;
+  intv count, first;
+} Layer;
+
+STEP void sum_layer(const Before before, const Row* row, const floatv farthest, const int2 samples,
+                    const float jump, Layer* sum) {
   const floatv none = (floatv)(0.0f);
   const intv zero = (intv)(0), one = (intv)(1);
-  const floatv t = LOADF(depth + s);
-  const floatv column = (float)i + LANES;
-  const intv empty = !(t < INFINITY);
-  const intv inner = (column > 0.0f) & (column < (float)(samples.x - 1));
-  const intv eligible = inner & (empty | (t <= large_until));
-  if (!ANY(eligible)) return 0;
+  const int n = samples.x * samples.y;
+  sum->depth = sum->x = sum->y = sum->z = none;
+  sum->count = sum->first = zero;
+#pragma unroll
+  for (int k = 0; k < 9; ++k) {
+    if (k == 4) continue;
+    const int shift = shift_of(k, samples), at = row->at + shift;
+    const floatv d = load_from(before.depth, at);
+    const intv deep = (d <= farthest) & !(farthest - d > jump);
+    sum->first = SELECT(sum->first, (intv)(shift), deep & (sum->count == 0));
+    sum->count += SELECT(zero, one, deep);
+    sum->depth += SELECT(none, d, deep);
+    sum->x += SELECT(none, load_from(before.normal, at), deep);
+    sum->y += SELECT(none, load_from(before.normal, n + at), deep);
+    sum->z += SELECT(none, load_from(before.normal, 2 * n + at), deep);
+  }
+}
 
-  floatv far = none, near = (floatv)(INFINITY), apart = none;
-  intv covered = zero, joined = zero, linked = zero;
-#pragma unroll
-  for (int k = 0; k < 9; ++k) {
-    if (k == 4) continue;
-    const floatv d = load_from(depth, s + (k / 3 - 1) * samples.x + k % 3 - 1);
-    const intv there = d < INFINITY;
-    covered += SELECT(zero, one, there);
-    far = SELECT(far, larger(far, d), there);
-    near = smaller(near, d);
-    const intv hangs = there & (fabs(d - t) <= jump);
-    joined += SELECT(zero, one, hangs);
-    apart = SELECT(apart, larger(apart, d), there & !hangs);
-    if (k % 2 == 1) linked |= fabs(d - t) <= LINK;
+// Writes the samples that go or take the mean of their layer.
+STEP void write_changes(const Before before, const Row* row, const Layer* layer, const floatv number,
+                        const floatv size, const intv goes, const intv takes, const int2 samples,
+                        const After after) {
+  const int n = samples.x * samples.y;
+  const floatv sum = layer->depth;
+  float new_depth[WIDTH], nx[WIDTH], ny[WIDTH], nz[WIDTH];
+  int go[WIDTH], take[WIDTH], from[WIDTH];
+  STOREF(sum / number, new_depth);
+  STOREF(layer->x / size, nx);
+  STOREF(layer->y / size, ny);
+  STOREF(layer->z / size, nz);
+  STOREI(goes, go);
+  STOREI(takes, take);
+  STOREI(layer->first, from);
+  for (int k = 0; k < WIDTH; ++k) {
+    if (row->i + k >= samples.x) break;
+    const int at = row->at + k;
+    after.change[at] = go[k] || take[k];
+    if (!after.change[at]) continue;
+    after.depth[at] = take[k] ? new_depth[k] : INFINITY;
+    after.normal[at] = take[k] ? nx[k] : 0.0f;
+    after.normal[n + at] = take[k] ? ny[k] : 0.0f;
+    after.normal[2 * n + at] = take[k] ? nz[k] : 0.0f;
+    after.group[at] = take[k] ? before.group[at + from[k]] : -1;
+    after.kind[at] = take[k] ? before.kind[at + from[k]] : 0;
   }
-  if (!ANY(eligible & (!empty | (covered > 0)))) return 0;
-  // Within one layer only a normal can stand alone, which is seldom.
-  if (ALL(!eligible | (!empty & (covered == 8) & (joined >= 3) & linked & (far - near <= jump)))) {
-    floatv sx = none, sy = none, sz = none;
-#pragma unroll
-    for (int k = 0; k < 9; ++k) {
-      if (k == 4) continue;
-      const int at = s + (k / 3 - 1) * samples.x + k % 3 - 1;
-      sx += load_from(normal, at);
-      sy += LOADF(normal + n + at);
-      sz += LOADF(normal + 2 * n + at);
-    }
-    const floatv size = sqrt(sx * sx + sy * sy + sz * sz), agreement = size / 8.0f;
-    const floatv along =
-        LOADF(normal + s) * sx + LOADF(normal + n + s) * sy + LOADF(normal + 2 * n + s) * sz;
-    if (!ANY(eligible & (agreement > 0.93f) & (along < (agreement - 0.03f) * size))) return 0;
-  }
-  const intv large = far <= large_until;
-  intv around = zero;
-  if (j > 1 && j < samples.y - 2 && ANY(eligible & empty & large & (covered < 6))) {
-    for (int k = 0; k < 25; ++k)
-      around += SELECT(zero, one,
-                       load_from(depth, s + (k / 5 - 2) * samples.x + k % 5 - 2) < INFINITY);
-    around = SELECT(zero, around, (column > 1.0f) & (column < (float)(samples.x - 2)));
-  }
-  // The farthest layer, which for a sample of the surface is one that it does not belong to unless
-  // all neighbours do; in a pit, of those that it does not hang together with.
-  const intv speck = !empty & ((joined < 3) | !linked);
-  floatv layer = far;
-  if (ANY(speck)) {
-    intv between = zero;
-#pragma unroll
-    for (int k = 0; k < 4; ++k) {
-      const int shift = (k / 3 - 1) * samples.x + k % 3 - 1;
-      between |= larger(load_from(depth, s + shift), load_from(depth, s - shift)) < t - jump;
-    }
-    layer = SELECT(far, apart, speck & between);
-  }
-  floatv sum = none, sx = none, sy = none, sz = none;
-  intv count = zero, first = zero;
-#pragma unroll
-  for (int k = 0; k < 9; ++k) {
-    if (k == 4) continue;
-    const int shift = (k / 3 - 1) * samples.x + k % 3 - 1;
-    const floatv d = load_from(depth, s + shift);
-    const intv deep = (d <= layer) & !(layer - d > jump);
-    first = SELECT(first, (intv)(shift), deep & (count == 0));
-    count += SELECT(zero, one, deep);
-    sum += SELECT(none, d, deep);
-    sx += SELECT(none, load_from(normal, s + shift), deep);
-    sy += SELECT(none, load_from(normal, n + s + shift), deep);
-    sz += SELECT(none, load_from(normal, 2 * n + s + shift), deep);
-  }
-  const floatv size = sqrt(sx * sx + sy * sy + sz * sz);
+}
+
+// Finds what changes among WIDTH samples of row j from column i on; returns whether any does.
+inline int close_row(const int i, const int j, const Before before, const After after,
+                     const int2 samples, const float jump, const float large_until) {
+  const intv one = (intv)(1);
+  const Row row = row_at(before, i, j, samples, large_until);
+  const intv eligible = row.eligible, empty = row.empty;
+  if (!ANY(eligible)) return 0;
+  Around near;
+  look_around(before, &row, samples, jump, &near);
+  if (all_stay(before, &row, &near, samples, jump)) return 0;
+
+  const intv covered = near.covered, large = near.far <= large_until;
+  const intv around =
+      covered_within_two(before, &row, eligible & empty & large & (covered < 6), samples);
+  const intv speck = !empty & ((near.joined < 3) | !near.linked);
+  Layer layer;
+  sum_layer(before, &row, farthest_layer(before, &row, &near, speck, samples, jump), samples, jump,
+            &layer);
+  const intv count = layer.count;
+  const floatv size = sqrt(layer.x * layer.x + layer.y * layer.y + layer.z * layer.z);
   const floatv along =
-      LOADF(normal + s) * sx + LOADF(normal + n + s) * sy + LOADF(normal + 2 * n + s) * sz;
+      along_sum(before, row.at, samples.x * samples.y, layer.x, layer.y, layer.z);
   const floatv number = TO_FLOATV(max(count, one));
   const floatv agreement = size / number;  // 1: all neighbours' normals are the same
   const intv alone = (count >= 6) & (count == covered) & (agreement > 0.93f) &
@@ -171,47 +289,20 @@ inline int close_row(const int i, const int j, global const float* depth,
   const intv takes = eligible & !goes & wants & (count >= SELECT((intv)(3), one, empty)) &
                      (size > 0.0f);
   if (!ANY(goes | takes)) return 0;
-
-  float new_depth[WIDTH], nx[WIDTH], ny[WIDTH], nz[WIDTH];
-  int go[WIDTH], take[WIDTH], from[WIDTH];
-  STOREF(sum / number, new_depth);
-  STOREF(sx / size, nx);
-  STOREF(sy / size, ny);
-  STOREF(sz / size, nz);
-  STOREI(goes, go);
-  STOREI(takes, take);
-  STOREI(first, from);
-  for (int k = 0; k < WIDTH; ++k) {
-    if (i + k >= samples.x) break;
-    const int at = s + k;
-    change[at] = go[k] || take[k];
-    if (!change[at]) continue;
-    closed_depth[at] = take[k] ? new_depth[k] : INFINITY;
-    closed_normal[at] = take[k] ? nx[k] : 0.0f;
-    closed_normal[n + at] = take[k] ? ny[k] : 0.0f;
-    closed_normal[2 * n + at] = take[k] ? nz[k] : 0.0f;
-    closed_group[at] = take[k] ? group[at + from[k]] : -1;
-    closed_kind[at] = take[k] ? kind[at + from[k]] : 0;
-  }
+  write_changes(before, &row, &layer, number, size, goes, takes, samples, after);
   return 1;
 }
 
 // The same for a block's rows, as bits.
-inline int close_block(const int2 block, global const float* depth, global const float* normal,
-                       global const int* group, global const uchar* kind,
-                       global float* closed_depth, global float* closed_normal,
-                       global int* closed_group, global uchar* closed_kind, global uchar* change,
-                       const int2 samples, const float jump,
-                       const float large_until) {
+inline int close_block(const int2 block, const Before before, const After after, const int2 samples,
+                       const float jump, const float large_until) {
   const int i = block.x * WIDTH, first = block.y * BLOCK_ROWS;
   int changing = 0;
   for (int j = max(first, 1); j < min(first + BLOCK_ROWS, samples.y - 1); ++j)
-    if (close_row(i, j, depth, normal, group, kind, closed_depth, closed_normal, closed_group,
-                  closed_kind, change, samples, jump, large_until))
-      changing |= 1 << (j - first);
+    if (close_row(i, j, before, after, samples, jump, large_until)) changing |= 1 << (j - first);
   for (int j = first; changing && j < min(first + BLOCK_ROWS, samples.y); ++j)
     if (!(changing >> (j - first) & 1))
-      for (int k = 0; k < WIDTH && i + k < samples.x; ++k) change[j * samples.x + i + k] = 0;
+      for (int k = 0; k < WIDTH && i + k < samples.x; ++k) after.change[j * samples.x + i + k] = 0;
   return changing;
 }
 
@@ -231,14 +322,15 @@ kernel void close_specks(SHOWN(const, ),
     clear_run(changes + run.y * stride + run.x);
     return;
   }
+  const Before before = {depth, normal, group, kind};
+  const After after = {closed_depth, closed_normal, closed_group, closed_kind, change};
   for (int k = 0; k < RUN; ++k) {
     const int2 block = (int2)(run.x + k, run.y);
     int changing = 0;  // rows, as bits
     if (block.x < blocks.x &&
         (how.round == 0 ? changed[block_of(block.x * WIDTH, block.y * BLOCK_ROWS, samples.x)]
                     : changed_near(changed, block, blocks, stride)))
-      changing = close_block(block, depth, normal, group, kind, closed_depth, closed_normal,
-                             closed_group, closed_kind, change, samples, how.jump, how.large_until);
+      changing = close_block(block, before, after, samples, how.jump, how.large_until);
     changes[block.y * stride + block.x] = changing != 0;
   }
 }
