@@ -167,14 +167,7 @@ CLI::Option* add_list(CLI::App& command, const std::string& name,
   return command.add_option_function<std::string>(name, take, effect)->type_name("LIST");
 }
 
-}  // namespace
-
-void add_bench_frame_command(CLI::App& bench) {
-  CLI::App& command = *bench.add_subcommand(
-      "frame", "Measure whole frames of every method, and the memory they take");
-  const auto options = std::make_shared<BenchFrameOptions>();
-  BenchFrameOptions& o = *options;
-
+void add_frame_options(CLI::App& command, BenchFrameOptions& o) {
   CLI::Option* input = command.add_option(
       "INPUT", o.input, "particles to measure on (default: a breaking dam that is built in)");
   input->type_name("FILE");
@@ -188,9 +181,10 @@ void add_bench_frame_command(CLI::App& bench) {
       "radius of the particles in world units (default: the file's, else estimated)")
       ->type_name("R")
       ->needs(input);
-  add_list(
-      command, "--method", [&o](const std::string& list) { o.methods = parse_methods(list); },
-      "methods to measure, e.g. fit,ssm (default: all)");
+}
+
+void add_sweep_options(CLI::App& command, BenchFrameOptions& o) {
+  CLI::Option* input = command.get_option("INPUT");
   add_list(
       command, "--size",
       [&o](const std::string& list) {
@@ -210,6 +204,9 @@ void add_bench_frame_command(CLI::App& bench) {
                 "measure synthetic dam breaks of growing size: first more particles, then more "
                 "pixels")
       ->excludes(input);
+}
+
+void add_output_options(CLI::App& command, BenchFrameOptions& o) {
   add_list(
       command, "--aov",
       [&o](const std::string& list) { o.aovs = as_usage([&] { return aovs_named(list); }); },
@@ -221,6 +218,9 @@ void add_bench_frame_command(CLI::App& bench) {
       "0: the front alone)");
   command.add_flag("--motion", o.motion,
                    "follow the surface's motion, too, where the particles carry velocities");
+}
+
+void add_measure_options(CLI::App& command, BenchFrameOptions& o) {
   command
       .add_option("--seconds", o.measure.seconds, "how long each measurement goes on (default 2)")
       ->check(from_to(0.0, 1e6))
@@ -235,6 +235,22 @@ void add_bench_frame_command(CLI::App& bench) {
                   "frames that are extracted at the same time for frames/s (default 2)")
       ->check(from_to(1, 64))
       ->type_name("N");
+}
+
+}  // namespace
+
+void add_bench_frame_command(CLI::App& bench) {
+  CLI::App& command = *bench.add_subcommand(
+      "frame", "Measure whole frames of every method, and the memory they take");
+  const auto options = std::make_shared<BenchFrameOptions>();
+  BenchFrameOptions& o = *options;
+  add_frame_options(command, o);
+  add_list(
+      command, "--method", [&o](const std::string& list) { o.methods = parse_methods(list); },
+      "methods to measure, e.g. fit,ssm (default: all)");
+  add_sweep_options(command, o);
+  add_output_options(command, o);
+  add_measure_options(command, o);
   add_device_option(command, o.device, " (default: the fastest kind found, see meniscus devices)");
   add_threads_option(command, o.threads);
   add_memory_option(command, o.measure.memory);

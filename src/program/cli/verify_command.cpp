@@ -178,16 +178,7 @@ void run_verify(VerifyOptions& options, int& exit_code) {
   write(files.html, verify::to_html(run));
 }
 
-}  // namespace
-
-void add_verify_command(CLI::App& program, int& exit_code) {
-  CLI::App& command = *program.add_subcommand(
-      "verify", "Check that devices compute what they should, to the last bit");
-  const auto options = std::make_shared<VerifyOptions>();
-  VerifyOptions& o = *options;
-  verify::Request& request = o.request;
-  add_device_option(command, request.selector, ", or all (default)");
-  add_kernel_option(command, request.kernels);
+void add_size_option(CLI::App& command, VerifyOptions& o) {
   command
       .add_option(
           "--size", o.size,
@@ -199,10 +190,16 @@ void add_verify_command(CLI::App& program, int& exit_code) {
           },
           ""))
       ->type_name("S");
+}
+
+void add_output_options(CLI::App& command, VerifyOptions& o) {
   command.add_option("--json", o.json, "write the rows as JSON; -: to standard output, no table")
       ->type_name("FILE");
   command.add_option("--junit", o.junit, "write the rows as JUnit XML")->type_name("FILE");
   command.add_option("--html", o.html, "write one page: devices side by side")->type_name("FILE");
+}
+
+void add_repetition_options(CLI::App& command, verify::Request& request) {
   command
       .add_option("--repeat", request.repeat,
                   "run each launch and each frame N times; other bits are a failure (default 1)")
@@ -214,6 +211,9 @@ void add_verify_command(CLI::App& program, int& exit_code) {
           "make a folder in DIR, which must be new or empty, for launches that fail: source, "
           "buffers, expected bits and a host in C, to be sent to a driver's makers")
       ->type_name("DIR");
+}
+
+void add_own_kernel_options(CLI::App& command, verify::Request& request) {
   CLI::Option* own =
       command
           .add_option("--program", request.program,
@@ -229,34 +229,63 @@ void add_verify_command(CLI::App& program, int& exit_code) {
           ->type_name("FILE.json");
   own->needs(manifest);
   manifest->needs(own);
-  std::vector<CLI::Option*> of_a_run;
-  for (const char* option : {"--kernel", "--size", "--repeat", "--repro"}) {
-    of_a_run.push_back(command.get_option(option));
-    own->excludes(of_a_run.back());
-  }
-  of_a_run.insert(of_a_run.end(), {command.get_option("--device"), own});
-  CLI::Option* compare =
-      command
-          .add_option(
-              "--compare", o.compare,
-              "the JSON of earlier runs instead of a run: what differs between their devices")
-          ->expected(1, 100)
-          ->type_name("A.json B.json");
-  for (CLI::Option* option : of_a_run) compare->excludes(option);
-  CLI::Option* list = add_list_option(command, o.list);
-  of_a_run.push_back(compare);
-  for (CLI::Option* option : of_a_run) list->excludes(option);
+}
+
+void add_compare_option(CLI::App& command, VerifyOptions& o) {
+  command
+      .add_option("--compare", o.compare,
+                  "the JSON of earlier runs instead of a run: what differs between their devices")
+      ->expected(1, 100)
+      ->type_name("A.json B.json");
+}
+
+// Not for people: the canonical bits, and what the processes for each device are called with.
+void add_hidden_options(CLI::App& command, VerifyOptions& o) {
+  CLI::Option* commit = command.add_option("--commit", o.commit)->group("");
+  command.add_option("--record", o.record)->group("")->needs(commit);
+  command.add_option("--child", o.child)->group("");
+  command.add_flag("--child-list", o.list_devices)->group("");
+}
+
+// A run of the built-in cases, one of an own kernel, a comparison, or a list.
+void exclude_each_other(CLI::App& command) {
+  std::vector<CLI::Option*> others;
+  const auto exclude = [&](const char* name) {
+    for (CLI::Option* other : others) command.get_option(name)->excludes(other);
+  };
+  for (const char* name : {"--kernel", "--size", "--repeat", "--repro"})
+    others.push_back(command.get_option(name));
+  exclude("--program");
+  others.insert(others.end(), {command.get_option("--device"), command.get_option("--program")});
+  exclude("--compare");
+  others.push_back(command.get_option("--compare"));
+  exclude("--list");
+}
+
+}  // namespace
+
+void add_verify_command(CLI::App& program, int& exit_code) {
+  CLI::App& command = *program.add_subcommand(
+      "verify", "Check that devices compute what they should, to the last bit");
+  const auto options = std::make_shared<VerifyOptions>();
+  VerifyOptions& o = *options;
+  verify::Request& request = o.request;
+  add_device_option(command, request.selector, ", or all (default)");
+  add_kernel_option(command, request.kernels);
+  add_size_option(command, o);
+  add_output_options(command, o);
+  add_repetition_options(command, request);
+  add_own_kernel_options(command, request);
+  add_compare_option(command, o);
+  add_list_option(command, o.list);
   command
       .add_option("--timeout", request.seconds,
                   "a device that says nothing for so many seconds is given up (default 300)")
       ->check(from_to(1.0, 1e6))
       ->type_name("S");
   command.add_flag("-q,--quiet", o.quiet, "print no progress");
-  // Not for people: the canonical bits, and what the processes for each device are called with.
-  CLI::Option* commit = command.add_option("--commit", o.commit)->group("");
-  command.add_option("--record", o.record)->group("")->needs(commit);
-  command.add_option("--child", o.child)->group("");
-  command.add_flag("--child-list", o.list_devices)->group("");
+  add_hidden_options(command, o);
+  exclude_each_other(command);
   command.callback([options, &exit_code] { run_verify(*options, exit_code); });
 }
 
