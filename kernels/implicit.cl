@@ -239,6 +239,29 @@ inline floatv same_sheet(const FitValue* n, const Vector v, const float2 sheets)
   return smooth_step(sheets.x, sheets.y, dot_of(n->gx, n->gy, n->gz, v.x, v.y, v.z));
 }
 
+// The level where sheet a meets b and c, which count as far as they weigh, over all; how far a and b
+// meet in a convex edge.
+__attribute__((always_inline)) inline void meet_sheets(const Sheet* a, const Sums* sum_b,
+                                                       const Sums* sum_c, const floatv per_all,
+                                                       Level* level, floatv* edge) {
+  const Sheet b = sheet_of(sum_b), c = sheet_of(sum_c);
+  const floatv share_b = smooth_step(SOME, ENOUGH, sum_b->w * per_all),
+               share_c = smooth_step(SOME, ENOUGH, sum_c->w * per_all);
+  const floatv ab = smooth_step(-HINGE, HINGE, height_of(a, &b)),
+               ac = smooth_step(-HINGE, HINGE, height_of(a, &c)),
+               bc = smooth_step(-HINGE, HINGE, height_of(&b, &c));
+  const Level pair = meeting_of(a->level, b.level, ab);
+  // Of three edges two are of one kind: the pair of the third meets first, then the other.
+  const intv is_ab = ab > 0.5f, is_ac = ac > 0.5f, is_bc = bc > 0.5f;
+  const intv odd_ac = (is_ab == is_bc) & (is_ab != is_ac);
+  const intv odd_bc = (is_ab == is_ac) & (is_ab != is_bc);
+  Level three = meeting_of(pair, c.level, ac);
+  three = select_level(three, meeting_of(meeting_of(a->level, c.level, ac), b.level, ab), odd_ac);
+  three = select_level(three, meeting_of(a->level, meeting_of(b.level, c.level, bc), ab), odd_bc);
+  *level = mix_of(mix_of(a->level, pair, share_b), three, share_c);
+  *edge = share_b * (1.0f - ab);
+}
+
 #define FOOT(p) cells.x[p], cells.y[p], cells.z[p]
 
 // The value of the k-th listed fit, p its place among all: as it was kept, where all were listed at a
@@ -342,24 +365,7 @@ inline void evaluate_fits(const FitCells of, const floatv x, const floatv y, con
         add_near(&sum_b, &n, solid_pull_of(g), FOOT(p), rest * share);
         add_near(&sum_c, &n, solid_pull_of(g), FOOT(p), rest * (1.0f - share));
       }
-    const Sheet sheet_b = sheet_of(&sum_b), sheet_c = sheet_of(&sum_c);
-    const floatv share_b = smooth_step(SOME, ENOUGH, sum_b.w * per_all),
-                 share_c = smooth_step(SOME, ENOUGH, sum_c.w * per_all);
-    const floatv ab = smooth_step(-HINGE, HINGE, height_of(&sheet_a, &sheet_b)),
-                 ac = smooth_step(-HINGE, HINGE, height_of(&sheet_a, &sheet_c)),
-                 bc = smooth_step(-HINGE, HINGE, height_of(&sheet_b, &sheet_c));
-    const Level pair = meeting_of(level, sheet_b.level, ab);
-    // Of three edges two are of one kind: the pair of the third meets first, then the other.
-    const intv is_ab = ab > 0.5f, is_ac = ac > 0.5f, is_bc = bc > 0.5f;
-    const intv odd_ac = (is_ab == is_bc) & (is_ab != is_ac);
-    const intv odd_bc = (is_ab == is_ac) & (is_ab != is_bc);
-    Level three = meeting_of(pair, sheet_c.level, ac);
-    three = select_level(
-        three, meeting_of(meeting_of(level, sheet_c.level, ac), sheet_b.level, ab), odd_ac);
-    three = select_level(
-        three, meeting_of(level, meeting_of(sheet_b.level, sheet_c.level, bc), ab), odd_bc);
-    level = mix_of(mix_of(level, pair, share_b), three, share_c);
-    result->edge = share_b * (1.0f - ab);
+    meet_sheets(&sheet_a, &sum_b, &sum_c, per_all, &level, &result->edge);
   }
   result->level = level;
   result->trust = smaller(1.001f * all / larger(trust, (floatv)(1e-30f)), one) *

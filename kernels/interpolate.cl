@@ -299,6 +299,43 @@ inline void store_row(const Between even, const Between odd, const int corner, c
 }
 #endif
 
+// Of the three samples of each of WIDTH cells from (a, b) on, what is left is wanted where there are
+// fronts of surface, and of splash. What the lattice shows nothing of is not: it is left open.
+__attribute__((always_inline)) inline intv wanted_of(
+    intv* rest, const intv* shown, FRONTS(reference, splash, occupied, splash_occupied),
+    global float* open, const int a, const int b, const int every, const int2 samples) {
+  const int side = 2 * every, last = samples.x - 1;
+  intv wants = (intv)(0), finite, splashes;
+#pragma unroll
+  for (int m = 0; m < 3; ++m) {
+    const int right = m != 1, down = m != 0, row = every * (2 * b + down);
+    const int i = every * (2 * a + right), start = row * samples.x;
+    // Mostly the counts of blocks suffice, the same blocks for all three.
+    if (m == 0 || side > 8) {
+      const int blocks = block_of(0, row, samples.x);
+      finite = spread_counts(occupied + blocks, i, side, last);
+      splashes = spread_counts(splash_occupied + blocks, i, side, last) > 0;
+    }
+    if (row >= samples.y || !ANY(rest[m])) continue;
+    floatv front = SELECT((floatv)(0.0f), (floatv)(INFINITY), finite == 0);
+    if (ANY((finite > 0) & ((finite < 64) | (rest[m] & (shown[m] == OPEN)))))
+      front = SELECT(front, spread_floats(reference + start, i, side, last, 1), finite > 0);
+    const intv opens = rest[m] & (shown[m] == OPEN) & (front < INFINITY);
+    if (ANY(opens)) {
+      int at[WIDTH];
+      STOREI(start + i + side * TO_INTV(LANES), at);
+      scatter_float(front, open, at, opens);
+    }
+    rest[m] = rest[m] & !opens;
+    wants |= SELECT((intv)(0), (intv)(1 << m), rest[m] & (front < INFINITY));
+    if (ANY(splashes & rest[m]))
+      wants |= SELECT((intv)(0), (intv)(8 << m),
+                      splashes & rest[m] &
+                          (spread_floats(splash + start, i, side, last, 1) < INFINITY));
+  }
+  return wants;
+}
+
 // The samples of each cell but the lattice's own. One between two of the lattice's lies between two
 // cells.
 kernel void interpolate_samples(global const uchar* shows,  // [rows][stride] of cells
@@ -373,33 +410,7 @@ kernel void interpolate_samples(global const uchar* shows,  // [rows][stride] of
     rest[m] = SELECT((intv)(0), (shown[m] != EMPTY) & !found[m].sure,
                      every * (2 * (a + TO_INTV(LANES)) + (m != 1)) < samples.x);
   if (!ANY(rest[0] | rest[1] | rest[2])) return;
-  intv wants = (intv)(0), finite, splashes;
-#pragma unroll
-  for (int m = 0; m < 3; ++m) {
-    const int right = m != 1, down = m != 0, row = every * (2 * b + down);
-    const int i = every * (2 * a + right), start = row * samples.x;
-    // Mostly the counts of blocks suffice, the same blocks for all three.
-    if (m == 0 || side > 8) {
-      const int blocks = block_of(0, row, samples.x);
-      finite = spread_counts(occupied + blocks, i, side, last);
-      splashes = spread_counts(splash_occupied + blocks, i, side, last) > 0;
-    }
-    if (row >= samples.y || !ANY(rest[m])) continue;
-    floatv front = SELECT((floatv)(0.0f), (floatv)(INFINITY), finite == 0);
-    if (ANY((finite > 0) & ((finite < 64) | (rest[m] & (shown[m] == OPEN)))))
-      front = SELECT(front, spread_floats(reference + start, i, side, last, 1), finite > 0);
-    const intv opens = rest[m] & (shown[m] == OPEN) & (front < INFINITY);
-    if (ANY(opens)) {
-      int at[WIDTH];
-      STOREI(start + i + side * TO_INTV(LANES), at);
-      scatter_float(front, open, at, opens);
-    }
-    rest[m] = rest[m] & !opens;
-    wants |= SELECT((intv)(0), (intv)(1 << m), rest[m] & (front < INFINITY));
-    if (ANY(splashes & rest[m]))
-      wants |= SELECT((intv)(0), (intv)(8 << m),
-                      splashes & rest[m] &
-                          (spread_floats(splash + start, i, side, last, 1) < INFINITY));
-  }
+  const intv wants = wanted_of(rest, shown, reference, splash, occupied, splash_occupied, open, a, b,
+                               every, samples);
   STORE_BYTES(wants, wanted_here);
 }
