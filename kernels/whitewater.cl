@@ -96,7 +96,6 @@ inline float doublings(const float share) {
   return fmin(-(exponent + 2.88539008f * series), 32.0f);
 }
 
-// Draws `share` of a pixel.
 inline void draw_share_of_pixel(const Disc disc, const float share, const int s, const float behind,
                                 global uint* sum, global uint* depth, const Whitewater how) {
   const int size = how.nx * how.ny;

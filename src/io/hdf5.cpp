@@ -68,7 +68,6 @@ BagArray array_of(const std::shared_ptr<const Bytes>& file, const Hdf5Objects& o
   return array;
 }
 
-// The data sets of each group.
 using Groups = std::map<std::string, std::vector<const Hdf5DataSet*>>;
 
 Groups groups_of(const Hdf5Objects& objects) {

@@ -61,7 +61,6 @@ struct Known {
   int rounds = kRoundsAround;  // at most
 };
 
-// A part, made.
 struct Made {
   std::vector<MeshPart> mesh;   // of its boxes
   std::vector<Mesh> carried;    // velocities and attributes of their vertices

@@ -153,7 +153,6 @@ std::vector<float> widened(const std::vector<float>& values, int nx, int ny, int
   return result;
 }
 
-// The limits of the map's blocks.
 void set_limits(FrontMap& map, const std::vector<float>& front, const FrontSearch& search) {
   map.block = std::max(1, static_cast<int>(std::lround(search.block / map.cell)));
   map.blocks_x = (map.nx + map.block - 1) / map.block;

@@ -70,7 +70,6 @@ class Checks {
   std::vector<ValueCheck> values_;
 };
 
-// Adds a particle of a chunk.
 void add_particle(const ParticleChunk& chunk, std::size_t i, Particles& to) {
   to.x.push_back(chunk.x[i]);
   to.y.push_back(chunk.y[i]);

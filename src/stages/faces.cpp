@@ -55,7 +55,6 @@ double on_edge(const ParticleFits& fits, std::size_t b) {
   return (1 - fits.roundness[b]) * (1 - smooth_step(kOnEdge, kOffEdge, fits.edge[b]));
 }
 
-// The faces beside fit b.
 std::vector<FaceBeside> faces_beside(const ParticleFits& fits, const Cells& cells, std::size_t b,
                                      double offset) {
   const double bevel = (1 - fits.roundness[b]) * (1 - smooth_step(kBevel, kNoBevel, fits.edge[b]));

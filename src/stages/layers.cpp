@@ -54,7 +54,6 @@ struct Face {
   bool enters;                       // it faces the eye
 };
 
-// The mesh on the screen.
 struct ScreenMesh {
   std::vector<ScreenCorner> corner;  // [vertices]
   std::vector<Face> face;

@@ -132,7 +132,6 @@ std::string name_of(const DeviceResults& results) {
          (results.file.empty() ? "" : ", " + escaped(results.file)) + "</small>";
 }
 
-// One row as a cell.
 std::string cell_of(const Row& row) {
   // The reason of a reference that passes names its error.
   const bool names_error = row.group == "reference" && row.result == Result::pass;

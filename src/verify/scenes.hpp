@@ -30,7 +30,6 @@ const std::vector<Scene>& kernel_scenes();
 /// Whole frames as users have them.
 const std::vector<Scene>& whole_frames();
 
-/// The parameters for a method on a scene.
 Parameters parameters_of(const Scene& scene, Method method);
 
 /// The surface of a scene, with its whitewater.

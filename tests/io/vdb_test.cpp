@@ -20,7 +20,6 @@ using testing::HasSubstr;
 
 const ReadOptions kAll{.attributes = {"temperature", "force"}};
 
-/// Particles in numpy's format.
 Particles reference() { return read_particles(test_data("formats/numpy_record.npy"), kAll); }
 
 template <class T>

@@ -31,7 +31,6 @@ Program program(const std::string& manifest, const std::string& source = kDouble
   return program_of(source, {"m.json", manifest});
 }
 
-// A manifest with one argument.
 Program with_argument(const std::string& argument) {
   std::string manifest = R"({"kernel": "k", "range": [8], "arguments": [)";
   manifest += argument;

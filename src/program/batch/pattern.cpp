@@ -337,7 +337,6 @@ void FramePattern::walk(const std::vector<std::vector<Piece>>& folders, std::siz
 
 std::map<std::int64_t, FramePattern::Found> FramePattern::existing() const {
   if (!listed_.empty()) return listed_;
-  // The pieces, folder by folder.
   std::vector<std::vector<Piece>> folders(1);
   for (const Piece& piece : pieces_) {
     std::size_t begin = 0;

@@ -70,7 +70,6 @@ inline std::multiset<BinEntry> bin_entries(const std::vector<cl_int>& box, const
   return entries;
 }
 
-/// Depths of the boxes.
 inline std::vector<float> box_depths() {
   Random random(7);
   std::vector<float> deepest(kBoxStride);

@@ -11,7 +11,6 @@
 
 namespace meniscus::reference {
 
-/// A trial fit around a particle.
 struct TrialFit {
   Vec3d position, normal;  // particle radii, unit
   double weight = 0;

@@ -6,7 +6,6 @@
 
 namespace meniscus {
 
-/// Fits that are given.
 struct GivenFits {
   ParticleFits fits;
   std::vector<double> trust;

@@ -50,7 +50,6 @@ class Sequence : public Program {
     return names;
   }
 
-  /// The records of a log.
   std::vector<nlohmann::json> log(const std::string& file) const {
     std::vector<nlohmann::json> records;
     std::istringstream lines(read(file));
