@@ -51,6 +51,46 @@ typedef struct {
   floatv density;  // 0 where not wanted
 } Probes;
 
+// Finds the crossings between `low` and `high`, where the field lies short_of < 0 and `over` above the
+// level: by false position first, then by the cubic through both ends' values and the last value and
+// slope, mostly once. It comes within 1/1024 particle radii.
+__attribute__((always_inline)) inline void refine_crossing(
+    const Cells cells, global const float* weight, const Near* near, const Lines* line, const Rays r,
+    const float level, intv found, floatv low, floatv short_of, floatv high, floatv over,
+    Crossing* crossing) {
+  floatv middle = low + (high - low) * (short_of / (short_of - over));
+  for (int round = 1;; ++round) {
+    const Field f = field_near(cells, weight, near, line, middle, 1);
+    const floatv gx = gradient_of(f.gx), gy = gradient_of(f.gy), gz = gradient_of(f.gz);
+    const floatv there = f.c * NORM - level, slope = line->deep * (gx * r.dx + gy * r.dy - gz);
+    const intv ready = slope * NEWTON >= fabs(there);
+    const intv last = found & (ready | (intv)(round == REFINE ? -1 : 0));
+    const floatv size = sqrt(gx * gx + gy * gy + gz * gz);
+    const intv crossed = last & (size > 0.0f);
+    crossing->depth = SELECT(crossing->depth, line->deep * middle, crossed);
+    crossing->nx = SELECT(crossing->nx, -gx / size, crossed);
+    crossing->ny = SELECT(crossing->ny, -gy / size, crossed);
+    crossing->nz = SELECT(crossing->nz, -gz / size, crossed);
+    found &= !last;
+    if (!ANY(found)) return;
+    const floatv a = low - middle, b = high - middle;
+    const floatv bend_a = (short_of - there - slope * a) / (a * a);
+    const floatv bend_b = (over - there - slope * b) / (b * b);
+    const floatv cube = (bend_b - bend_a) / (b - a), square = bend_a - cube * a;
+    floatv away = -there / slope;
+    for (int k = 0; k < 2; ++k)
+      away -= (there + away * (slope + away * (square + away * cube))) /
+              (slope + away * (2.0f * square + 3.0f * cube * away));
+    const intv less = found & (there < 0.0f), more = found & !(there < 0.0f);
+    low = SELECT(low, middle, less);
+    short_of = SELECT(short_of, there, less);
+    high = SELECT(high, middle, more);
+    over = SELECT(over, there, more);
+    const floatv guess = middle + away;
+    middle = SELECT(0.5f * (low + high), guess, (guess > low) & (guess < high));
+  }
+}
+
 // Where the levelled field first reaches `level` on rays between depths `from` and `to`. A window's
 // particles serve `probes`, too.
 inline Crossing first_crossing(const Cells cells, global const float* weight, const Rays r,
@@ -102,39 +142,7 @@ inline Crossing first_crossing(const Cells cells, global const float* weight, co
       here = going & (l <= window);
     }
     if (!ANY(found)) continue;
-    // False position first, then the cubic through both ends' values and the last value and slope,
-    // mostly once. It comes within 1/1024 particle radii.
-    floatv high = l, middle = low + (high - low) * (short_of / (short_of - over));
-    for (int round = 1;; ++round) {
-      const Field f = field_near(cells, weight, &near, &line, middle, 1);
-      const floatv gx = gradient_of(f.gx), gy = gradient_of(f.gy), gz = gradient_of(f.gz);
-      const floatv there = f.c * NORM - level, slope = line.deep * (gx * r.dx + gy * r.dy - gz);
-      const intv ready = slope * NEWTON >= fabs(there);
-      const intv last = found & (ready | (intv)(round == REFINE ? -1 : 0));
-      const floatv size = sqrt(gx * gx + gy * gy + gz * gz);
-      const intv crossed = last & (size > 0.0f);
-      crossing.depth = SELECT(crossing.depth, line.deep * middle, crossed);
-      crossing.nx = SELECT(crossing.nx, -gx / size, crossed);
-      crossing.ny = SELECT(crossing.ny, -gy / size, crossed);
-      crossing.nz = SELECT(crossing.nz, -gz / size, crossed);
-      found &= !last;
-      if (!ANY(found)) break;
-      const floatv a = low - middle, b = high - middle;
-      const floatv bend_a = (short_of - there - slope * a) / (a * a);
-      const floatv bend_b = (over - there - slope * b) / (b * b);
-      const floatv cube = (bend_b - bend_a) / (b - a), square = bend_a - cube * a;
-      floatv away = -there / slope;
-      for (int k = 0; k < 2; ++k)
-        away -= (there + away * (slope + away * (square + away * cube))) /
-                (slope + away * (2.0f * square + 3.0f * cube * away));
-      const intv less = found & (there < 0.0f), more = found & !(there < 0.0f);
-      low = SELECT(low, middle, less);
-      short_of = SELECT(short_of, there, less);
-      high = SELECT(high, middle, more);
-      over = SELECT(over, there, more);
-      const floatv guess = middle + away;
-      middle = SELECT(0.5f * (low + high), guess, (guess > low) & (guess < high));
-    }
+    refine_crossing(cells, weight, &near, &line, r, level, found, low, short_of, l, over, &crossing);
   }
   return crossing;
 }

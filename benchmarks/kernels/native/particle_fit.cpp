@@ -232,6 +232,48 @@ inline Particles load_particles(const Fits& in, const std::int32_t* at) {
   return {p[0], p[1], p[2], p[3], n[0], n[1], n[2]};
 }
 
+// A neighbour as a point of the fit around `own`, and whether it counts.
+struct Weighed {
+  Point point;
+  Ints counts;
+};
+
+[[gnu::always_inline]] inline Weighed weigh(const Fits& in, const Particles& own, const Point& p,
+                                            const Floats& inverse_rho, const Floats& delta) {
+  const Floats x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
+  const Floats squared = fused(x, x, fused(y, y, z * z));
+  const Floats same = fused(own.nx, p.dx, fused(own.ny, p.dy, own.nz * p.dz));
+  const Floats near = p.w * parabola(squared * (inverse_rho * inverse_rho));
+  const Floats h = fused(x, own.nx, fused(y, own.ny, z * own.nz)) /
+                   fused(all(in.height_growth), squared, all(in.height));
+  const Floats off = smaller(h * h, all(11.5129255f));
+  const Floats next =
+      near * exp_negative(fused(all(in.falloff), smaller(same - 1.0f, Floats{}), -off));
+  const Ints counts = (near >= 1e-6f) & (same >= -0.5f);
+  return {{counts ? next : Floats{}, x * inverse_rho, y * inverse_rho, z * inverse_rho,
+           delta * p.dx, delta * p.dy, delta * p.dz},
+          counts};
+}
+
+// The particles' normals become those of the fits, where there are any.
+inline void turn_normals(const Fits& in, std::size_t lane, const Particles& own, const Floats* a,
+                         const Ints& good) {
+  const Floats side = own.nx * a[1] + own.ny * a[2] + own.nz * a[3];
+  const Floats size = root(a[1] * a[1] + a[2] * a[2] + a[3] * a[3]);
+  const Floats scale = (side < 0.0f ? all(-1.0f) : all(1.0f)) / size;
+  const Floats nx = good ? a[1] * scale : own.nx;
+  const Floats ny = good ? a[2] * scale : own.ny;
+  const Floats nz = good ? a[3] * scale : own.nz;
+  for (std::size_t k = 0; k < kWidth; ++k) {
+    const std::int32_t i = in.particle[lane + k];
+    if (i == in.nobody) continue;
+    float* const turned = in.turned + 4 * static_cast<std::ptrdiff_t>(i);
+    turned[0] = nx[k];
+    turned[1] = ny[k];
+    turned[2] = nz[k];
+  }
+}
+
 void fit_lanes(const Fits& in, std::size_t lane) {
   const std::size_t batch = lane / kBatch, lanes = in.lanes;
   const Particles own = load_particles(in, in.particle + lane);
@@ -253,27 +295,10 @@ void fit_lanes(const Fits& in, std::size_t lane) {
       point[k] = {p.u, p.x, p.y, p.z, p.nx, p.ny, p.nz};
     }
     for (int k = 0; k < points; ++k) {
-      const Point p = point[k];
-      const Floats x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
-      const Floats squared = fused(x, x, fused(y, y, z * z));
-      const Floats same = fused(own.nx, p.dx, fused(own.ny, p.dy, own.nz * p.dz));
-      const Floats near = p.w * parabola(squared * (inverse_rho * inverse_rho));
-      const Floats h = fused(x, own.nx, fused(y, own.ny, z * own.nz)) /
-                       fused(all(in.height_growth), squared, all(in.height));
-      const Floats off = smaller(h * h, all(11.5129255f));
-      const Floats next =
-          near * exp_negative(fused(all(in.falloff), smaller(same - 1.0f, Floats{}), -off));
-      const Ints counts = (near >= 1e-6f) & (same >= -0.5f);
-      const Floats w = counts ? next : Floats{};
-      point[k] = {w,
-                  x * inverse_rho,
-                  y * inverse_rho,
-                  z * inverse_rho,
-                  delta * p.dx,
-                  delta * p.dy,
-                  delta * p.dz};
-      used -= counts;
-      store(w, weight + kBatch * (from + k));
+      const Weighed weighed = weigh(in, own, point[k], inverse_rho, delta);
+      point[k] = weighed.point;
+      used -= weighed.counts;
+      store(weighed.point.w, weight + kBatch * (from + k));
     }
     for (int k = 0; k < points; ++k) add_first(m, a, point[k], delta);
     for (int k = 0; k < points; ++k) add_second(m, a, point[k], delta);
@@ -293,21 +318,7 @@ void fit_lanes(const Fits& in, std::size_t lane) {
     store(a[k], in.quadric + k * lanes + lane);
   }
   for (std::size_t k = 4; k < 10; ++k) store(a[k] / (slope * rho), in.quadric + k * lanes + lane);
-
-  const Floats side = own.nx * a[1] + own.ny * a[2] + own.nz * a[3];
-  const Floats size = root(a[1] * a[1] + a[2] * a[2] + a[3] * a[3]);
-  const Floats scale = (side < 0.0f ? all(-1.0f) : all(1.0f)) / size;
-  const Floats nx = good ? a[1] * scale : own.nx;
-  const Floats ny = good ? a[2] * scale : own.ny;
-  const Floats nz = good ? a[3] * scale : own.nz;
-  for (std::size_t k = 0; k < kWidth; ++k) {
-    const std::int32_t i = in.particle[lane + k];
-    if (i == in.nobody) continue;
-    float* const turned = in.turned + 4 * static_cast<std::ptrdiff_t>(i);
-    turned[0] = nx[k];
-    turned[1] = ny[k];
-    turned[2] = nz[k];
-  }
+  turn_normals(in, lane, own, a, good);
 }
 
 }  // namespace

@@ -41,6 +41,46 @@ struct Probes {
   Floats density;
 };
 
+// Finds the crossings between `low` and `high`, where the field lies short_of < 0 and `over` above
+// the level.
+[[gnu::always_inline]] inline void refine_crossing(const Cells& cells, const float* weight,
+                                                   Near& near, const Lines& line, const Rays& r,
+                                                   float level, Ints found, Floats low,
+                                                   Floats short_of, Floats high, Floats over,
+                                                   Crossing& crossing) {
+  Floats middle = low + (high - low) * (short_of / (short_of - over));
+  for (int round = 1;; ++round) {
+    const FieldAt f = field_near<true>(cells, weight, near, line, middle);
+    const Floats gx = gradient_of(f.gx), gy = gradient_of(f.gy), gz = gradient_of(f.gz);
+    const Floats there = f.c * kFieldNorm - level, slope = line.deep * (gx * r.dx + gy * r.dy - gz);
+    const Ints ready = slope * kNewton >= magnitude(there);
+    const Ints done = round == kRefine ? found : found & ready;
+    const Floats size = root(gx * gx + gy * gy + gz * gz);
+    const Ints crossed = done & (size > 0.0f);
+    crossing.depth = crossed ? line.deep * middle : crossing.depth;
+    crossing.nx = crossed ? -gx / size : crossing.nx;
+    crossing.ny = crossed ? -gy / size : crossing.ny;
+    crossing.nz = crossed ? -gz / size : crossing.nz;
+    found &= ~done;
+    if (!any(found)) return;
+    const Floats a = low - middle, b = high - middle;
+    const Floats bend_a = (short_of - there - slope * a) / (a * a);
+    const Floats bend_b = (over - there - slope * b) / (b * b);
+    const Floats cube = (bend_b - bend_a) / (b - a), square = bend_a - cube * a;
+    Floats away = -there / slope;
+    for (int k = 0; k < 2; ++k)
+      away -= (there + away * (slope + away * (square + away * cube))) /
+              (slope + away * (2.0f * square + 3.0f * cube * away));
+    const Ints less = found & (there < 0.0f), more = found & ~(there < 0.0f);
+    low = less ? middle : low;
+    short_of = less ? there : short_of;
+    high = more ? middle : high;
+    over = more ? there : over;
+    const Floats guess = middle + away;
+    middle = ((guess > low) & (guess < high)) ? guess : 0.5f * (low + high);
+  }
+}
+
 Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, const Floats& from,
                         const Floats& to, float level, const Ints& wanted, Around& around,
                         Probes& probes) {
@@ -82,38 +122,7 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
       here = going & (l <= window);
     }
     if (!any(found)) continue;
-    Floats high = l, middle = low + (high - low) * (short_of / (short_of - over));
-    for (int round = 1;; ++round) {
-      const FieldAt f = field_near<true>(cells, weight, near, line, middle);
-      const Floats gx = gradient_of(f.gx), gy = gradient_of(f.gy), gz = gradient_of(f.gz);
-      const Floats there = f.c * kFieldNorm - level,
-                   slope = line.deep * (gx * r.dx + gy * r.dy - gz);
-      const Ints ready = slope * kNewton >= magnitude(there);
-      const Ints done = round == kRefine ? found : found & ready;
-      const Floats size = root(gx * gx + gy * gy + gz * gz);
-      const Ints crossed = done & (size > 0.0f);
-      crossing.depth = crossed ? line.deep * middle : crossing.depth;
-      crossing.nx = crossed ? -gx / size : crossing.nx;
-      crossing.ny = crossed ? -gy / size : crossing.ny;
-      crossing.nz = crossed ? -gz / size : crossing.nz;
-      found &= ~done;
-      if (!any(found)) break;
-      const Floats a = low - middle, b = high - middle;
-      const Floats bend_a = (short_of - there - slope * a) / (a * a);
-      const Floats bend_b = (over - there - slope * b) / (b * b);
-      const Floats cube = (bend_b - bend_a) / (b - a), square = bend_a - cube * a;
-      Floats away = -there / slope;
-      for (int k = 0; k < 2; ++k)
-        away -= (there + away * (slope + away * (square + away * cube))) /
-                (slope + away * (2.0f * square + 3.0f * cube * away));
-      const Ints less = found & (there < 0.0f), more = found & ~(there < 0.0f);
-      low = less ? middle : low;
-      short_of = less ? there : short_of;
-      high = more ? middle : high;
-      over = more ? there : over;
-      const Floats guess = middle + away;
-      middle = ((guess > low) & (guess < high)) ? guess : 0.5f * (low + high);
-    }
+    refine_crossing(cells, weight, near, line, r, level, found, low, short_of, l, over, crossing);
   }
   return crossing;
 }
