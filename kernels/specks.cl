@@ -96,7 +96,7 @@ typedef struct {
   intv empty, eligible;
 } Row;
 
-inline Row row_at(const Before before, const int i, const int j, const int2 samples,
+STEP Row row_at(const Before before, const int i, const int j, const int2 samples,
                   const float large_until) {
   Row row;
   row.i = i;
@@ -143,7 +143,7 @@ STEP void look_around(const Before before, const Row* row, const int2 samples, c
 }
 
 // What a sample's own normal has along a sum of normals.
-inline floatv along_sum(const Before before, const int at, const int n, const floatv sx, const floatv sy,
+STEP floatv along_sum(const Before before, const int at, const int n, const floatv sx, const floatv sy,
                         const floatv sz) {
   return LOADF(before.normal + at) * sx + LOADF(before.normal + n + at) * sy +
          LOADF(before.normal + 2 * n + at) * sz;
@@ -258,7 +258,7 @@ STEP void write_changes(const Before before, const Row* row, const Layer* layer,
 }
 
 // Finds what changes among WIDTH samples of row j from column i on; returns whether any does.
-inline int close_row(const int i, const int j, const Before before, const After after,
+STEP int close_row(const int i, const int j, const Before before, const After after,
                      const int2 samples, const float jump, const float large_until) {
   const intv one = (intv)(1);
   const Row row = row_at(before, i, j, samples, large_until);
@@ -294,7 +294,7 @@ inline int close_row(const int i, const int j, const Before before, const After 
 }
 
 // The same for a block's rows, as bits.
-inline int close_block(const int2 block, const Before before, const After after, const int2 samples,
+STEP int close_block(const int2 block, const Before before, const After after, const int2 samples,
                        const float jump, const float large_until) {
   const int i = block.x * WIDTH, first = block.y * BLOCK_ROWS;
   int changing = 0;
