@@ -19,9 +19,9 @@
 #define CHUNK 32
 #endif
 
-// What neighbours weigh by their distance, the square of its share of the support; they end at FIT_REACH.
-// Epanechnikov's function needs seven tenths of the neighbours that a quadratic B-spline has which ends at
-// the support, for weights that lie as far out.
+// What neighbours weigh by their distance, the square of its share of the support; they end at
+// FIT_REACH. Epanechnikov's function needs seven tenths of the neighbours that a quadratic B-spline has
+// which ends at the support, for weights that lie as far out.
 inline floatv parabola(const floatv squared) {
   return larger(fma((floatv)(-1.0f / (FIT_REACH * FIT_REACH)), squared, (floatv)(1.0f)), (floatv)(0.0f));
 }
@@ -184,6 +184,49 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
   scatter_float(counts, share, at, used);
 }
 
+// The RMS of f over a fit's `count` neighbours, with f = rho f(q) / slope and q = X / rho.
+__attribute__((always_inline)) inline floatv rms_of_fit(
+    const floatv* a, const Particles own, const floatv rho, const floatv slope, const floatv inverse_tau,
+    global const float4* place, global const int* neighbour, global const float* weight,
+    const int count) {
+  const floatv inverse_rho = 1.0f / rho, steep = rho / slope;
+  floatv squares = (floatv)(0.0f), total = (floatv)(1e-30f);
+  for (int k = 0; k < count; ++k) {
+    floatv p[4];
+    load_records(place, neighbour + BATCH * k, p);
+    const floatv f = evaluate(a, (p[0] - own.x) * inverse_rho, (p[1] - own.y) * inverse_rho,
+                              (p[2] - own.z) * inverse_rho) *
+                     steep;
+    add_distance(f, LOADF(weight + BATCH * k), inverse_tau, &squares, &total);
+  }
+  return sqrt(squares / total);
+}
+
+// From q to particle radii: f(X) = rho f(q) / slope, so that |grad f| = 1 at the particle. The linear
+// terms of `a` become that gradient.
+__attribute__((always_inline)) inline void store_quadric(floatv* a, const floatv rho, const floatv slope,
+                                                         global float* quadric, const int lanes) {
+  STOREF(a[0] * rho / slope, quadric);
+#pragma unroll
+  for (int k = 1; k < 4; ++k) {
+    a[k] /= slope;
+    STOREF(a[k], quadric + k * lanes);
+  }
+#pragma unroll
+  for (int k = 4; k < 10; ++k) STOREF(a[k] / (slope * rho), quadric + k * lanes);
+}
+
+// A particle's normal becomes that of its fit, on the side on which it was, where the fit is good.
+__attribute__((always_inline)) inline void turn_normal(const floatv* a, const intv good,
+                                                       Particles* own) {
+  const floatv side = own->nx * a[1] + own->ny * a[2] + own->nz * a[3];
+  const floatv size = sqrt(a[1] * a[1] + a[2] * a[2] + a[3] * a[3]);
+  const floatv scale = SELECT((floatv)(1.0f), (floatv)(-1.0f), side < 0.0f) / size;
+  own->nx = SELECT(own->nx, a[1] * scale, good);
+  own->ny = SELECT(own->ny, a[2] * scale, good);
+  own->nz = SELECT(own->nz, a[3] * scale, good);
+}
+
 // One pass. The first one sets supports and roundness, a later one may narrow the supports. Neighbour j
 // weighs in the fit around particle i at distance l with normals n_i, n_j:
 //   u_j max(0, 1 - (l / (FIT_REACH rho))^2) exp(-2 (1 - n_i.n_j) / sigma^2) m,
@@ -325,39 +368,13 @@ kernel void fit_particles(
   const floatv least = quadric_of(m, a, ridge_of(roundness, model));
   const floatv slope = sqrt(larger(a[1] * a[1] + a[2] * a[2] + a[3] * a[3], (floatv)(1e-12f)));
   floatv rms = none;
-  if (left == 1) {
-    const floatv steep = rho / slope;
-    floatv squares = none, total = (floatv)(1e-30f);
-    for (int k = 0; k < count; ++k) {
-      const int slot = begin + BATCH * k;
-      floatv p[4];
-      load_records(place, neighbour + slot, p);
-      const floatv f = evaluate(a, (p[0] - own.x) * inverse_rho, (p[1] - own.y) * inverse_rho,
-                                (p[2] - own.z) * inverse_rho) *
-                       steep;
-      add_distance(f, LOADF(weight + slot), inverse_tau, &squares, &total);
-    }
-    rms = sqrt(squares / total);
-  }
+  if (left == 1)
+    rms = rms_of_fit(a, own, rho, slope, inverse_tau, place, neighbour + begin, weight + begin, count);
   const intv good = !few & (least > 0.0f) & (slope > 0.2f) & (slope < 5.0f);
   STOREF(SELECT((floatv)(-1.0f), rms, good), residual + lane);
 
-  // From q to particle radii: f(X) = rho f(q) / slope, so that |grad f| = 1 at the particle.
-  STOREF(a[0] * rho / slope, quadric + lane);
-#pragma unroll
-  for (int k = 1; k < 4; ++k) {
-    a[k] /= slope;
-    STOREF(a[k], quadric + k * lanes + lane);
-  }
-#pragma unroll
-  for (int k = 4; k < 10; ++k) STOREF(a[k] / (slope * rho), quadric + k * lanes + lane);
-
-  const floatv side = own.nx * a[1] + own.ny * a[2] + own.nz * a[3];
-  const floatv size = sqrt(a[1] * a[1] + a[2] * a[2] + a[3] * a[3]);
-  const floatv scale = SELECT((floatv)(1.0f), (floatv)(-1.0f), side < 0.0f) / size;
-  own.nx = SELECT(own.nx, a[1] * scale, good);
-  own.ny = SELECT(own.ny, a[2] * scale, good);
-  own.nz = SELECT(own.nz, a[3] * scale, good);
+  store_quadric(a, rho, slope, quadric + lane, lanes);
+  turn_normal(a, good, &own);
   int at[WIDTH];
   STOREI(4 * LOADI(particle + lane), at);
   const intv wanted = LOADI(particle + lane) != nobody;
