@@ -378,9 +378,7 @@ inline floatv held_by(const Sample s, const List rim, const Fits fits, const Ble
                 wanted & (within > beyond));
 }
 
-// The steps of a blend. Vectors of a structure go by address: a call would copy them byte by byte; and
-// they are inlined, so that they stay in registers.
-#define STEP __attribute__((always_inline)) inline
+// The steps of a blend.
 
 // All that rays meet, but the hits themselves (Cache).
 typedef struct {
@@ -391,8 +389,8 @@ typedef struct {
   floatv trust, firm, height;
 } Met;
 
-STEP void add_met(const Fits fits, const int fit, const Sample s, const Entry* entry, Hit* hit,
-                  Met* met) {
+INLINED void add_met(const Fits fits, const int fit, const Sample s, const Entry* entry, Hit* hit,
+                     Met* met) {
   // Fits that a ray grazes are company, too.
   met->firm = fma(hit->weight, (floatv)(fits.record[FIT * fit + 14]), met->firm);
   fade_hit(*entry, hit);
@@ -405,8 +403,8 @@ STEP void add_met(const Fits fits, const int fit, const Sample s, const Entry* e
   add_hit(&met->sum, fits.foot + 4 * fit, s, *hit, (floatv)(1.0f));
 }
 
-STEP void meet_all(const List list, const Fits fits, const Sample s, const float d_max, const Beam beam,
-                   Cache* cache, Met* met) {
+INLINED void meet_all(const List list, const Fits fits, const Sample s, const float d_max,
+                      const Beam beam, Cache* cache, Met* met) {
   const floatv none = (floatv)(0.0f);
   const Axis nowhere = {none, none, none};
   cache->count = 0;
@@ -449,8 +447,8 @@ inline int hits_of(const Cache* cache, const List list) {
 
 // Two rounds of mean shift to the gradient that dominates. Where all hits belong to its sheet, both
 // give the sum of them all, and there is no other sheet: most samples. Returns whether that is so.
-STEP int find_axis(const Cache* cache, const List list, const Fits fits, const Sample s,
-                   const Blending by, const Sums* all, Axis* axis) {
+INLINED int find_axis(const Cache* cache, const List list, const Fits fits, const Sample s,
+                      const Blending by, const Sums* all, Axis* axis) {
   const floatv none = (floatv)(0.0f);
   int one_sheet = cache->rest == list.count;
   for (int round = 0; round < 2; ++round) {
@@ -479,8 +477,8 @@ STEP int find_axis(const Cache* cache, const List list, const Fits fits, const S
 
 // Sheet A lies around an axis. Where what is not of A faces two ways, three faces meet: it makes two
 // sheets, B and C, as far as the returned value says.
-STEP floatv split_hits(const Cache* cache, const List list, const Fits fits, const Sample s,
-                       const Blending by, const Axis* axis, Sums* A, Sums* B, Sums* C) {
+INLINED floatv split_hits(const Cache* cache, const List list, const Fits fits, const Sample s,
+                          const Blending by, const Axis* axis, Sums* A, Sums* B, Sums* C) {
   const floatv none = (floatv)(0.0f);
   Axis other = {none, none, none};  // of what is not of A, the heaviest
   floatv most = none;
@@ -525,8 +523,8 @@ typedef struct {
 } Meeting;
 
 // How much of what is shown is of sheets B and C; sets the edges.
-STEP Shares share_out(const Sample s, const List rim, const Fits fits, const Blending by, const Sums* A,
-                      const Sums* B, const Sums* C, const floatv third, Meeting* m) {
+INLINED Shares share_out(const Sample s, const List rim, const Fits fits, const Blending by,
+                         const Sums* A, const Sums* B, const Sums* C, const floatv third, Meeting* m) {
   const Sheet *const a = &m->a, *const b = &m->b, *const c = &m->c;
   const float crease = by.crease;
   const floatv per_all = 1.0f / larger(m->all, (floatv)(1e-30f));
@@ -566,8 +564,9 @@ typedef struct {
 } Hidden;
 
 // `middle` is that of the sheet that is shown, `steep` what steep_for says.
-STEP void add_face(Hidden* sum, const Fits fits, const int fit, const Sample s, const FaceValue* face,
-                   const Axis* middle, const Blended* shown, const floatv steep, const Blending by) {
+INLINED void add_face(Hidden* sum, const Fits fits, const int fit, const Sample s,
+                      const FaceValue* face, const Axis* middle, const Blended* shown,
+                      const floatv steep, const Blending by) {
   global const float* foot = fits.foot + 4 * fit;
   global const float* g = fits.record + FIT * fit;
   const floatv none = (floatv)(0.0f);
@@ -604,8 +603,8 @@ STEP void add_face(Hidden* sum, const Fits fits, const int fit, const Sample s, 
   sum->nz = fma(w, face->gz, sum->nz);
 }
 
-STEP void look_at_hidden(const List rim, const Fits fits, const Sample s, const Axis* middle,
-                         const Blended* shown, const Blending by, Hidden* sum) {
+INLINED void look_at_hidden(const List rim, const Fits fits, const Sample s, const Axis* middle,
+                            const Blended* shown, const Blending by, Hidden* sum) {
   const floatv none = (floatv)(0.0f);
   const Hidden nothing = {none, none, none, none, none, none, none, none,
                           none, none, none, none, none, {none, none, none, none}};
@@ -628,7 +627,7 @@ STEP void look_at_hidden(const List rim, const Fits fits, const Sample s, const 
 }
 
 // Whether hidden faces end the surface.
-STEP intv ended_by(const Hidden* r, const Axis* middle, const Blended* shown) {
+INLINED intv ended_by(const Hidden* r, const Axis* middle, const Blended* shown) {
   const floatv per = 1.0f / larger(r->w, (floatv)(1e-30f));
   const floatv x = r->cx * per - middle->x, y = r->cy * per - middle->y, z = r->cz * per - middle->z;
   // Bevels between hidden faces end nothing that these hold.
@@ -639,8 +638,9 @@ STEP intv ended_by(const Hidden* r, const Axis* middle, const Blended* shown) {
 }
 
 // Depth and normal of the shown sheets; sets the middle of their feet.
-STEP void show(const Sample s, const Met* met, const Sums* A, const Sums* B, const Sums* C,
-               const int one_sheet, const Meeting* m, const Shares* shares, Blended* out, Axis* middle) {
+INLINED void show(const Sample s, const Met* met, const Sums* A, const Sums* B, const Sums* C,
+                  const int one_sheet, const Meeting* m, const Shares* shares, Blended* out,
+                  Axis* middle) {
   const Sheet *const a = &m->a, *const b = &m->b, *const c = &m->c;
   const floatv of_a = (floatv)(1.0f) - shares->b - shares->c, of_b = shares->b, of_c = shares->c;
   out->depth = SELECT((floatv)(INFINITY), s.t + a->z * of_a + b->z * of_b + c->z * of_c,
@@ -662,8 +662,8 @@ STEP void show(const Sample s, const Met* met, const Sums* A, const Sums* B, con
 }
 
 // The trust of what is shown, and its mark.
-STEP floatv trust_of(const Sample s, const Met* met, const Sums* A, const Sums* B, const Sums* C,
-                     const Meeting* m, const Hidden* hidden, const intv ended) {
+INLINED floatv trust_of(const Sample s, const Met* met, const Sums* A, const Sums* B, const Sums* C,
+                        const Meeting* m, const Hidden* hidden, const intv ended) {
   const floatv none = (floatv)(0.0f), tiny = (floatv)(1e-30f), all = m->all;
   // The mean trust under the weights without it; what only rounding keeps from 1 is 1. Where hardly
   // any firm fit is near, the fits that are met reach out into the air: there is nothing to trust.

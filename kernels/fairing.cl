@@ -40,11 +40,9 @@ typedef struct {
 
 // The neighbour k steps away, which is sample `at`, where wanted; those nearer than
 // 1 / sqrt(within) count. (Oclgrind takes no structure that is returned here.)
-__attribute__((always_inline)) inline void find_neighbour(Beside* found, const Faired* own,
-                                                          const int k, global const float* depth,
-                                                          global const float* normal, const int n,
-                                                          const int at, const float within,
-                                                          const intv wanted) {
+INLINED void find_neighbour(Beside* found, const Faired* own, const int k, global const float* depth,
+                            global const float* normal, const int n, const int at, const float within,
+                            const intv wanted) {
   const floatv none = (floatv)(0.0f), halves = (floatv)(0.5f), one = (floatv)(1.0f);
   Beside b = {none, none, none, none};
   *found = b;
@@ -73,8 +71,7 @@ __attribute__((always_inline)) inline void find_neighbour(Beside* found, const F
 }
 
 // Adds the neighbours k steps before and behind: even powers have their sum, odd ones their difference.
-__attribute__((always_inline)) inline void add_pair(Line* line, const int k, const Beside before,
-                                                    const Beside behind) {
+INLINED void add_pair(Line* line, const int k, const Beside before, const Beside behind) {
   const float k1 = (float)k, k2 = k1 * k1;
   const floatv w = behind.w + before.w, odd = behind.w - before.w;
   line->w += w;
@@ -97,11 +94,8 @@ __attribute__((always_inline)) inline void add_pair(Line* line, const int k, con
 }
 
 // The normals of WIDTH samples from column i of row j on. Inlined: calls would copy the screen.
-__attribute__((always_inline)) inline void fair_from(const int i, const int j,
-                                                     global const float* depth,
-                                                     global const float* normal,
-                                                     global float* faired, const Screen screen,
-                                                     const float sigma, const int down) {
+INLINED void fair_from(const int i, const int j, global const float* depth, global const float* normal,
+                       global float* faired, const Screen screen, const float sigma, const int down) {
   const int n = screen.nx * screen.ny, s = j * screen.nx + i;
   const intv column = i + TO_INTV(LANES);
   const floatv none = (floatv)(0.0f), depths = LOADF(depth + s);

@@ -241,9 +241,8 @@ inline floatv same_sheet(const FitValue* n, const Vector v, const float2 sheets)
 
 // The level where sheet a meets b and c, which count as far as they weigh, over all; how far a and b
 // meet in a convex edge.
-__attribute__((always_inline)) inline void meet_sheets(const Sheet* a, const Sums* sum_b,
-                                                       const Sums* sum_c, const floatv per_all,
-                                                       Level* level, floatv* edge) {
+INLINED void meet_sheets(const Sheet* a, const Sums* sum_b, const Sums* sum_c, const floatv per_all,
+                         Level* level, floatv* edge) {
   const Sheet b = sheet_of(sum_b), c = sheet_of(sum_c);
   const floatv share_b = smooth_step(SOME, ENOUGH, sum_b->w * per_all),
                share_c = smooth_step(SOME, ENOUGH, sum_c->w * per_all);

@@ -301,9 +301,9 @@ inline void store_row(const Between even, const Between odd, const int corner, c
 
 // Of the three samples of each of WIDTH cells from (a, b) on, what is left is wanted where there are
 // fronts of surface, and of splash. What the lattice shows nothing of is not: it is left open.
-__attribute__((always_inline)) inline intv wanted_of(
-    intv* rest, const intv* shown, FRONTS(reference, splash, occupied, splash_occupied),
-    global float* open, const int a, const int b, const int every, const int2 samples) {
+INLINED intv wanted_of(intv* rest, const intv* shown,
+                       FRONTS(reference, splash, occupied, splash_occupied), global float* open,
+                       const int a, const int b, const int every, const int2 samples) {
   const int side = 2 * every, last = samples.x - 1;
   intv wants = (intv)(0), finite, splashes;
 #pragma unroll

@@ -34,8 +34,7 @@ inline floatv spline(const floatv x) {
 
 #if WIDTH >= 8
 // Eight records of four values, row by row. Both halves are transposed at once, in two steps.
-__attribute__((always_inline)) inline void load_eight(global const float4* record,
-                                                      global const int* at, float8* row) {
+INLINED void load_eight(global const float4* record, global const int* at, float8* row) {
   float8 r[4];
 #pragma unroll
   for (int k = 0; k < 4; ++k) r[k] = (float8)(record[at[k]], record[at[k + 4]]);
@@ -51,8 +50,7 @@ __attribute__((always_inline)) inline void load_eight(global const float4* recor
 #endif
 
 // Loads WIDTH records of four values, row by row. Inlined: loops would wait for a call.
-__attribute__((always_inline)) inline void load_records(global const float4* record,
-                                                        global const int* at, floatv* row) {
+INLINED void load_records(global const float4* record, global const int* at, floatv* row) {
 #if WIDTH == 16
   float8 low[4], high[4];
   load_eight(record, at, low);
@@ -185,10 +183,9 @@ inline void put_in_sheet(const Particles own, const floatv counts, const int* at
 }
 
 // The RMS of f over a fit's `count` neighbours, with f = rho f(q) / slope and q = X / rho.
-__attribute__((always_inline)) inline floatv rms_of_fit(
-    const floatv* a, const Particles own, const floatv rho, const floatv slope, const floatv inverse_tau,
-    global const float4* place, global const int* neighbour, global const float* weight,
-    const int count) {
+INLINED floatv rms_of_fit(const floatv* a, const Particles own, const floatv rho, const floatv slope,
+                          const floatv inverse_tau, global const float4* place,
+                          global const int* neighbour, global const float* weight, const int count) {
   const floatv inverse_rho = 1.0f / rho, steep = rho / slope;
   floatv squares = (floatv)(0.0f), total = (floatv)(1e-30f);
   for (int k = 0; k < count; ++k) {
@@ -204,8 +201,8 @@ __attribute__((always_inline)) inline floatv rms_of_fit(
 
 // From q to particle radii: f(X) = rho f(q) / slope, so that |grad f| = 1 at the particle. The linear
 // terms of `a` become that gradient.
-__attribute__((always_inline)) inline void store_quadric(floatv* a, const floatv rho, const floatv slope,
-                                                         global float* quadric, const int lanes) {
+INLINED void store_quadric(floatv* a, const floatv rho, const floatv slope, global float* quadric,
+                           const int lanes) {
   STOREF(a[0] * rho / slope, quadric);
 #pragma unroll
   for (int k = 1; k < 4; ++k) {
@@ -217,8 +214,7 @@ __attribute__((always_inline)) inline void store_quadric(floatv* a, const floatv
 }
 
 // A particle's normal becomes that of its fit, on the side on which it was, where the fit is good.
-__attribute__((always_inline)) inline void turn_normal(const floatv* a, const intv good,
-                                                       Particles* own) {
+INLINED void turn_normal(const floatv* a, const intv good, Particles* own) {
   const floatv side = own->nx * a[1] + own->ny * a[2] + own->nz * a[3];
   const floatv size = sqrt(a[1] * a[1] + a[2] * a[2] + a[3] * a[3]);
   const floatv scale = SELECT((floatv)(1.0f), (floatv)(-1.0f), side < 0.0f) / size;

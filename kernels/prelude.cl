@@ -17,6 +17,10 @@
 #define TILE_ITEMS 1
 #endif
 
+// A step of a longer function. Vectors of a structure go by address: a call would copy them byte by
+// byte; and it is inlined, so that they stay in registers.
+#define INLINED __attribute__((always_inline)) inline
+
 #define JOIN_(a, b) a##b
 #define JOIN(a, b) JOIN_(a, b)
 

@@ -54,10 +54,9 @@ typedef struct {
 // Finds the crossings between `low` and `high`, where the field lies short_of < 0 and `over` above the
 // level: by false position first, then by the cubic through both ends' values and the last value and
 // slope, mostly once. It comes within 1/1024 particle radii.
-__attribute__((always_inline)) inline void refine_crossing(
-    const Cells cells, global const float* weight, const Near* near, const Lines* line, const Rays r,
-    const float level, intv found, floatv low, floatv short_of, floatv high, floatv over,
-    Crossing* crossing) {
+INLINED void refine_crossing(const Cells cells, global const float* weight, const Near* near,
+                             const Lines* line, const Rays r, const float level, intv found, floatv low,
+                             floatv short_of, floatv high, floatv over, Crossing* crossing) {
   floatv middle = low + (high - low) * (short_of / (short_of - over));
   for (int round = 1;; ++round) {
     const Field f = field_near(cells, weight, near, line, middle, 1);

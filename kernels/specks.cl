@@ -73,9 +73,6 @@ inline int changed_near_run(global const uchar* changed, const int2 run, const i
 #endif
 }
 
-// The steps of a round are inlined, so that their vectors stay in registers.
-#define STEP __attribute__((always_inline)) inline
-
 // The surface before a round, and where what it changes is written.
 typedef struct {
   global const float *depth, *normal;
@@ -96,8 +93,8 @@ typedef struct {
   intv empty, eligible;
 } Row;
 
-STEP Row row_at(const Before before, const int i, const int j, const int2 samples,
-                  const float large_until) {
+INLINED Row row_at(const Before before, const int i, const int j, const int2 samples,
+                   const float large_until) {
   Row row;
   row.i = i;
   row.j = j;
@@ -121,8 +118,8 @@ typedef struct {
   intv covered, joined, linked;
 } Around;
 
-STEP void look_around(const Before before, const Row* row, const int2 samples, const float jump,
-                      Around* around) {
+INLINED void look_around(const Before before, const Row* row, const int2 samples, const float jump,
+                         Around* around) {
   const intv zero = (intv)(0), one = (intv)(1);
   around->far = around->apart = (floatv)(0.0f);
   around->near = (floatv)(INFINITY);
@@ -143,15 +140,15 @@ STEP void look_around(const Before before, const Row* row, const int2 samples, c
 }
 
 // What a sample's own normal has along a sum of normals.
-STEP floatv along_sum(const Before before, const int at, const int n, const floatv sx, const floatv sy,
-                        const floatv sz) {
+INLINED floatv along_sum(const Before before, const int at, const int n, const floatv sx,
+                         const floatv sy, const floatv sz) {
   return LOADF(before.normal + at) * sx + LOADF(before.normal + n + at) * sy +
          LOADF(before.normal + 2 * n + at) * sz;
 }
 
 // Whether no sample changes: within one layer only a normal can stand alone, which is seldom.
-STEP int all_stay(const Before before, const Row* row, const Around* around, const int2 samples,
-                  const float jump) {
+INLINED int all_stay(const Before before, const Row* row, const Around* around, const int2 samples,
+                     const float jump) {
   const int n = samples.x * samples.y;
   const intv eligible = row->eligible;
   if (!ANY(eligible & (!row->empty | (around->covered > 0)))) return 1;
@@ -173,8 +170,8 @@ STEP int all_stay(const Before before, const Row* row, const Around* around, con
 }
 
 // How many of the 24 around samples without surface have some, where that may close a hole.
-STEP intv covered_within_two(const Before before, const Row* row, const intv may_close,
-                             const int2 samples) {
+INLINED intv covered_within_two(const Before before, const Row* row, const intv may_close,
+                                const int2 samples) {
   const intv zero = (intv)(0), one = (intv)(1);
   intv around = zero;
   if (row->j <= 1 || row->j >= samples.y - 2 || !ANY(may_close)) return around;
@@ -186,8 +183,8 @@ STEP intv covered_within_two(const Before before, const Row* row, const intv may
 
 // The depth of the farthest layer around, which for a sample of the surface is one that it does not
 // belong to unless all neighbours do; in a pit, of those that it does not hang together with.
-STEP floatv farthest_layer(const Before before, const Row* row, const Around* around, const intv speck,
-                           const int2 samples, const float jump) {
+INLINED floatv farthest_layer(const Before before, const Row* row, const Around* around,
+                              const intv speck, const int2 samples, const float jump) {
   if (!ANY(speck)) return around->far;
   const floatv t = row->t;
   intv between = (intv)(0);
@@ -206,8 +203,8 @@ typedef struct {
   intv count, first;
 } Layer;
 
-STEP void sum_layer(const Before before, const Row* row, const floatv farthest, const int2 samples,
-                    const float jump, Layer* sum) {
+INLINED void sum_layer(const Before before, const Row* row, const floatv farthest, const int2 samples,
+                       const float jump, Layer* sum) {
   const floatv none = (floatv)(0.0f);
   const intv zero = (intv)(0), one = (intv)(1);
   const int n = samples.x * samples.y;
@@ -229,9 +226,9 @@ STEP void sum_layer(const Before before, const Row* row, const floatv farthest, 
 }
 
 // Writes the samples that go or take the mean of their layer.
-STEP void write_changes(const Before before, const Row* row, const Layer* layer, const floatv number,
-                        const floatv size, const intv goes, const intv takes, const int2 samples,
-                        const After after) {
+INLINED void write_changes(const Before before, const Row* row, const Layer* layer, const floatv number,
+                           const floatv size, const intv goes, const intv takes, const int2 samples,
+                           const After after) {
   const int n = samples.x * samples.y;
   const floatv sum = layer->depth;
   float new_depth[WIDTH], nx[WIDTH], ny[WIDTH], nz[WIDTH];
@@ -258,8 +255,8 @@ STEP void write_changes(const Before before, const Row* row, const Layer* layer,
 }
 
 // Finds what changes among WIDTH samples of row j from column i on; returns whether any does.
-STEP int close_row(const int i, const int j, const Before before, const After after,
-                     const int2 samples, const float jump, const float large_until) {
+INLINED int close_row(const int i, const int j, const Before before, const After after,
+                      const int2 samples, const float jump, const float large_until) {
   const intv one = (intv)(1);
   const Row row = row_at(before, i, j, samples, large_until);
   const intv eligible = row.eligible, empty = row.empty;
@@ -294,8 +291,8 @@ STEP int close_row(const int i, const int j, const Before before, const After af
 }
 
 // The same for a block's rows, as bits.
-STEP int close_block(const int2 block, const Before before, const After after, const int2 samples,
-                       const float jump, const float large_until) {
+INLINED int close_block(const int2 block, const Before before, const After after, const int2 samples,
+                        const float jump, const float large_until) {
   const int i = block.x * WIDTH, first = block.y * BLOCK_ROWS;
   int changing = 0;
   for (int j = max(first, 1); j < min(first + BLOCK_ROWS, samples.y - 1); ++j)

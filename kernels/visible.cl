@@ -94,10 +94,8 @@ kernel void cover_discs(global const float* particles, global float* disc, OUTLI
 
 // Draws the discs of a bin into a private map. With `owned`, the map's owners as well. Inlined: for
 // fronts alone a fifth of the time.
-__attribute__((always_inline)) inline void draw_discs(const Part part, global const float* disc,
-                                                      global const int2* entry, floatv* map,
-                                                      intv* owner, const Lattice nodes,
-                                                      const int owned) {
+INLINED void draw_discs(const Part part, global const float* disc, global const int2* entry,
+                        floatv* map, intv* owner, const Lattice nodes, const int owned) {
   const intv column = TO_INTV(LANES) + part.column;
   const floatv node_u = nodes.first + nodes.step * TO_FLOATV(part.i - part.column + column);
   const floatv node_v = rows_of(part, nodes.first, nodes.step);
