@@ -77,7 +77,7 @@ std::vector<Fault> faults() {
       {"TheLastRowOfABin", "visible.cl", "kernel void count_owned", "row < ROWS; ++row) least",
        "row < ROWS - 1; ++row) least", "count_owned", ""},
       // Lost ties.
-      {"TheHigherIndexWinsATie", "visible.cl", "inline void draw_discs", "(p < owner[row])",
+      {"TheHigherIndexWinsATie", "visible.cl", "INLINED void draw_discs", "(p < owner[row])",
        "(p > owner[row])", "count_owned", ""},
       {"WhatIsNearlyATie", "minima.cl", "inline void draw_share", "(front == LOADF(depth + s))",
        "(front <= 1.001f * LOADF(depth + s))", "count_discs", ""},
@@ -241,7 +241,7 @@ TEST(Recording, RefusesWhatIsFarFromDoublePrecision) {
   Device device;
   const Fault fault{"",
                     "visible.cl",
-                    "inline void draw_discs",
+                    "INLINED void draw_discs",
                     "front = t - bulge * sqrt(",
                     "front = t + bulge * sqrt(",
                     "",
