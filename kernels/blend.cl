@@ -522,22 +522,23 @@ typedef struct {
   intv edge;
 } Meeting;
 
-// How much of what is shown is of sheets B and C; sets the edges.
-INLINED Shares share_out(const Sample s, const List rim, const Fits fits, const Blending by,
-                         const Sums* A, const Sums* B, const Sums* C, const floatv third, Meeting* m) {
+// Sets how much of what is shown is of sheets B and C, and the edges.
+INLINED void share_out(const Sample s, const List rim, const Fits fits, const Blending by,
+                       const Sums* A, const Sums* B, const Sums* C, const floatv third, Meeting* m,
+                       Shares* shares) {
   const Sheet *const a = &m->a, *const b = &m->b, *const c = &m->c;
   const float crease = by.crease;
   const floatv per_all = 1.0f / larger(m->all, (floatv)(1e-30f));
   const floatv some_b = counts_by(B->w * per_all);
   const intv convex = convex_between(a, b), only_b = !(A->w > 1e-9f * B->w);
-  Shares shares = {(floatv)(0.0f), (floatv)(0.0f)};
+  shares->c = (floatv)(0.0f);
   m->edge = (B->w > 0.03f * A->w) & convex & near_each(a->z, b->z, crease);
   if (ANY(third > 0.0f)) {
     const floatv some_c = counts_by(C->w * per_all);
-    shares = shares_in_corner(a, b, c, some_b, some_c, only_b, crease);
+    *shares = shares_in_corner(a, b, c, some_b, some_c, only_b, crease);
     m->edge |= (C->w > 0.03f * A->w) & convex_between(a, c) & near_each(a->z, c->z, crease);
   } else {
-    shares.b = SELECT(takes_over(a->z, b->z, convex, some_b, crease), (floatv)(1.0f), only_b);
+    shares->b = SELECT(takes_over(a->z, b->z, convex, some_b, crease), (floatv)(1.0f), only_b);
   }
   const intv beside = convex & near_each(a->z, b->z, crease) & !only_b & (some_b > 0.0f) &
                       (fabs(a->z - b->z) > MEETING);
@@ -545,10 +546,9 @@ INLINED Shares share_out(const Sample s, const List rim, const Fits fits, const 
     const intv is_near = a->z < b->z;
     const Sheet near = either_sheet(a, b, is_near), deep = either_sheet(b, a, is_near);
     const floatv held = held_by(s, rim, fits, by, &near, &deep, m->all, beside);
-    shares.b = SELECT(fma(held, some_b * (1.0f - shares.c) - shares.b, shares.b),
-                      shares.b * (1.0f - held), is_near);
+    shares->b = SELECT(fma(held, some_b * (1.0f - shares->c) - shares->b, shares->b),
+                       shares->b * (1.0f - held), is_near);
   }
-  return shares;
 }
 
 // Sums over the faces at the point that is shown. Where the fluid turns away from the eye no ray enters
@@ -713,7 +713,7 @@ inline void blend_at(const Sample* sample, const Listed listed, const Fits fits,
 
   Meeting meeting = {sheet_of(&A), sheet_of(&B), sheet_of(&C), A.w + B.w + C.w, (intv)(0)};
   Shares shares = {none, none};
-  if (!one_sheet) shares = share_out(s, listed.rim, fits, by, &A, &B, &C, third, &meeting);
+  if (!one_sheet) share_out(s, listed.rim, fits, by, &A, &B, &C, third, &meeting, &shares);
   Axis middle;
   show(s, &met, &A, &B, &C, one_sheet, &meeting, &shares, &out, &middle);
 

@@ -18,7 +18,8 @@
 #endif
 
 // A step of a longer function. Vectors of a structure go by address: a call would copy them byte by
-// byte; and it is inlined, so that they stay in registers.
+// byte; and it is inlined, so that they stay in registers. It returns none: Oclgrind takes no structure
+// that an inlined function returns.
 #define INLINED __attribute__((always_inline)) inline
 
 #define JOIN_(a, b) a##b

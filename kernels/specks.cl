@@ -93,18 +93,16 @@ typedef struct {
   intv empty, eligible;
 } Row;
 
-INLINED Row row_at(const Before before, const int i, const int j, const int2 samples,
-                   const float large_until) {
-  Row row;
-  row.i = i;
-  row.j = j;
-  row.at = j * samples.x + i;
-  row.t = LOADF(before.depth + row.at);
-  row.column = (float)i + LANES;
-  row.empty = !(row.t < INFINITY);
-  const intv inner = (row.column > 0.0f) & (row.column < (float)(samples.x - 1));
-  row.eligible = inner & (row.empty | (row.t <= large_until));
-  return row;
+INLINED void row_at(const Before before, const int i, const int j, const int2 samples,
+                    const float large_until, Row* row) {
+  row->i = i;
+  row->j = j;
+  row->at = j * samples.x + i;
+  row->t = LOADF(before.depth + row->at);
+  row->column = (float)i + LANES;
+  row->empty = !(row->t < INFINITY);
+  const intv inner = (row->column > 0.0f) & (row->column < (float)(samples.x - 1));
+  row->eligible = inner & (row->empty | (row->t <= large_until));
 }
 
 // Neighbour k of the eight, row by row; the fifth of the nine is the sample itself.
@@ -258,7 +256,8 @@ INLINED void write_changes(const Before before, const Row* row, const Layer* lay
 INLINED int close_row(const int i, const int j, const Before before, const After after,
                       const int2 samples, const float jump, const float large_until) {
   const intv one = (intv)(1);
-  const Row row = row_at(before, i, j, samples, large_until);
+  Row row;
+  row_at(before, i, j, samples, large_until, &row);
   const intv eligible = row.eligible, empty = row.empty;
   if (!ANY(eligible)) return 0;
   Around near;
