@@ -42,5 +42,6 @@ def named_parameters() -> list[dict[str, object]]:
 
 __all__ = ["STREAM_MEMORY", "Camera", "Cancelled", "Device", "DeviceError", "Error", "InputError",
            "InvalidArgument", "Mesh", "MeniscusWarning", "MissingFileError", "Notice",
-           "OutOfDeviceMemory", "OutputError", "Particles", "Surface", "Whitewater", "default_device", "devices", "extract", "extract_closed",
-           "methods", "named_parameters", "open_particles", "read_exr", "read_particles", "write"]
+           "OutOfDeviceMemory", "OutputError", "Particles", "Surface", "Whitewater",
+           "default_device", "devices", "extract", "extract_closed", "methods",
+           "named_parameters", "open_particles", "read_exr", "read_particles", "write"]

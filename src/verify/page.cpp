@@ -128,8 +128,8 @@ std::string name_of(const DeviceResults& results) {
   const DeviceName& device = results.device;
   return escaped(device.name) + "<br><small>" + escaped(device.platform) +
          (device.driver.empty() ? "" : ", driver " + escaped(device.driver)) +
-         (results.number < 0 ? "" : ", device " + std::to_string(results.number)) +
-         (results.file.empty() ? "" : ", " + escaped(results.file)) + "</small>";
+         number_words(results) + (results.file.empty() ? "" : ", " + escaped(results.file)) +
+         "</small>";
 }
 
 std::string cell_of(const Row& row) {
@@ -157,9 +157,9 @@ std::string card_of(const DeviceResults& device) {
                      "\"><span class=\"verdict\">" + device.verdict();
   text += "</span><b>" + escaped(device.device.name) + "</b><small>" +
           escaped(device.device.platform + ", driver " + device.device.driver) +
-          (device.number < 0 ? "" : ", device " + std::to_string(device.number)) +
-          (device.file.empty() ? "" : ", " + escaped(device.file)) + "</small><small>" +
-          escaped(device.device.version) + ", " + duration(device.seconds) + "</small><ul>";
+          number_words(device) + (device.file.empty() ? "" : ", " + escaped(device.file)) +
+          "</small><small>" + escaped(device.device.version) + ", " + duration(device.seconds) +
+          "</small><ul>";
   for (const auto& [group, tally] : device.tallies())
     text += "<li>" + group + "s: " + tally.words() + "</li>";
   return text + "</ul></div>\n";

@@ -311,7 +311,11 @@ std::string title_of(const DeviceName& device) {
 
 std::string title_of(const DeviceResults& results) {
   return (results.file.empty() ? "" : results.file + ": ") + title_of(results.device) +
-         (results.number < 0 ? "" : ", device " + std::to_string(results.number));
+         number_words(results);
+}
+
+std::string number_words(const DeviceResults& results) {
+  return results.number < 0 ? "" : ", device " + std::to_string(results.number);
 }
 
 std::string error_of(const Row& row) {

@@ -111,6 +111,9 @@ std::string comparison_of(const DeviceResults& before, const DeviceResults& afte
 std::string title_of(const DeviceName& device);
 std::string title_of(const DeviceResults& results);
 
+/// ", device 1" of one of two with the same name; else nothing.
+std::string number_words(const DeviceResults& results);
+
 /// "3 ulp", "same bits" or empty.
 std::string error_of(const Row& row);
 
