@@ -177,7 +177,7 @@ def kernels(fault):
     """Kernels that meniscus bench has no row for must be accounted for."""
     page = ROOT / "docs" / "performance.md"
     measured = "".join(f.read_text() for f in (ROOT / "benchmarks" / "kernels").rglob("*.cpp"))
-    for file in sorted((ROOT / "kernels").glob("*.cl")):
+    for file in sorted((ROOT / "kernels").rglob("*.cl")):
         if file.name in ("probe.cl", "arithmetic.cl"):  # part of no frame
             continue
         for name in re.findall(r"^kernel void (\w+)", file.read_text(), flags=re.M):

@@ -5,7 +5,7 @@
   scripts/mutants.py run --build build/release --out mutants [--file settle.cl ...] [--jobs 1]
   scripts/mutants.py report --out mutants          # tables, and the survivors
 
-Mutants are made from the text of kernels/*.cl, seeded: swapped comparisons, off by one, a term, a
+Mutants are made from the text of the files of kernels, seeded: swapped comparisons, off by one, a term, a
 factor or a sum left out, another constant, another order, a lost tie, other functions and
 components. `run` goes on where it was ended, at nice 19. With --known it leaves out what other
 runs have done, also those that still go on. Each mutant runs, until somebody notices, on
@@ -96,10 +96,17 @@ def nodes_of(file, code):
     return nodes
 
 
+@functools.lru_cache(None)
+def kernel_files():
+    """The kernel files by their names, which differ whatever the folder."""
+    return {path.name: path for path in
+            sorted((ROOT / "kernels").rglob("*.cl"), key=lambda path: path.name)}
+
+
 def programs():
     """The files that are built together: each with those that its line "// uses:" names, and what
     these use."""
-    texts = {path.name: path.read_text() for path in sorted(ROOT.glob("kernels/*.cl"))}
+    texts = {name: path.read_text() for name, path in kernel_files().items()}
 
     def with_used(name):
         line = re.search(r"^// uses: (.*)$", texts[name], re.M)
@@ -244,11 +251,11 @@ class Mutant:
         return f"{self.file} {self.function}: {self.old_line} -> {self.new_line}"
 
     def place(self):
-        return f"kernels/{self.file}:{self.line}"
+        return f"{kernel_files()[self.file].relative_to(ROOT)}:{self.line}"
 
 
 def make_mutants(seed, only):
-    texts = {path.name: path.read_text() for path in sorted((ROOT / "kernels").glob("*.cl"))}
+    texts = {name: path.read_text() for name, path in kernel_files().items()}
     codes = {file: masked(text) for file, text in texts.items()}
     nodes = {file: nodes_of(file, code) for file, code in codes.items()}
     reached = kernels_reached(nodes)
@@ -374,8 +381,8 @@ class Runner:
         if mutant.file == "probe.cl":
             folder, stems = "device", ["probe"]
         for stem in stems:
-            source = ROOT / "tests" / folder / f"{stem}_test.cpp"
-            if not source.exists():
+            source = next((ROOT / "tests" / folder).rglob(f"{stem}_test.cpp"), None)
+            if not source:
                 continue
             suites = set(re.findall(r"TEST(?:_[PF])?\((\w+),", source.read_text()))
             names = ":".join(f"{suite}.*:*/{suite}.*" for suite in sorted(suites))
@@ -429,7 +436,7 @@ class Runner:
 def stages_of(file):
     """The stages whose host files build this kernel file."""
     stages = []
-    for source in sorted((ROOT / "src" / "stages").glob("*.cpp")):
+    for source in sorted((ROOT / "src" / "stages").rglob("*.cpp")):
         named = set(re.findall(r"\w+\.cl", source.read_text()))
         if file in named:
             stages.append(source.stem)
@@ -567,7 +574,7 @@ def main():
             command.add_argument("--build", default="build/release")
             command.add_argument("--jobs", type=int, default=1)
             command.add_argument("--nice", type=int, default=19)
-            command.add_argument("--at", nargs="*", default=[], metavar="kernels/FILE:LINE",
+            command.add_argument("--at", nargs="*", default=[], metavar="kernels/FOLDER/FILE:LINE",
                                  help="the mutants of these lines alone, done before or not")
             command.add_argument("--first", type=int, default=0,
                                  help="run the first so many of each file alone (default: all)")

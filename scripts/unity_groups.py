@@ -23,7 +23,7 @@ LIST = ROOT / "cmake" / "unity_groups.txt"
 FOLDERS = ("src", "src/program", "src/verify", "benchmarks", "benchmarks/kernels", "tests")
 INCLUDED = ("src", "include", "benchmarks", "tests")
 REFERENCES = "src/verify/reference/"
-ALONE = {"src/stages/delaunay.cpp"}  # CGAL takes seven seconds and a gigabyte
+ALONE = {"src/stages/sheet/delaunay.cpp"}  # CGAL takes seven seconds and a gigabyte
 TARGETS_ALONE = {"meniscus_native_kernels", "meniscus_program", "every_call", "failing_call",
                  "limits", "faulty_kernel"}
 MOST_FILES, MOST_LINES = 9, 2500  # of a group: several are compiled at once
@@ -175,7 +175,7 @@ def targets():
 
 def folder(file):
     """Of small folders of the library, one for two."""
-    name = file.rsplit("/", 1)[0]
+    name = re.sub(r"^(src|tests)/stages/.*", r"\1/stages", file.rsplit("/", 1)[0])
     return {"src/api": "src/prepare", "src/output": "src/prepare", "src/device": "src/base",
             "src/program/page": "src/program", "src/program/batch": "src/program",
             "benchmarks/accuracy/figures": "benchmarks/accuracy"}.get(name, name)

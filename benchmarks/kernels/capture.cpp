@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "stages/bins.hpp"
+#include "stages/frame/bins.hpp"
 
 namespace meniscus::bench {
 namespace {

@@ -2,7 +2,7 @@
 
 #include "kernels/cases.hpp"
 #include "kernels/native/native.hpp"
-#include "stages/density.hpp"
+#include "stages/frame/density.hpp"
 
 namespace meniscus::bench {
 namespace {

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "kernels/cases.hpp"
-#include "stages/fairing.hpp"
+#include "stages/sample/fairing.hpp"
 
 namespace meniscus::bench {
 namespace {

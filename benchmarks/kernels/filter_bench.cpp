@@ -2,8 +2,8 @@
 #include <numbers>
 
 #include "kernels/cases.hpp"
-#include "stages/filter.hpp"
-#include "stages/spheres.hpp"
+#include "stages/other_methods/filter.hpp"
+#include "stages/other_methods/spheres.hpp"
 
 namespace meniscus::bench {
 namespace {

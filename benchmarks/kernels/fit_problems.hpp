@@ -7,7 +7,7 @@
 #include "kernels/frame.hpp"
 #include "kernels/native/native.hpp"
 #include "kernels/workers.hpp"
-#include "stages/particle_fit.hpp"
+#include "stages/fit/particle_fit.hpp"
 
 namespace meniscus::bench {
 

@@ -7,9 +7,9 @@
 
 #include "base/elapsed.hpp"
 #include "frame/input.hpp"
-#include "stages/density.hpp"
-#include "stages/group.hpp"
-#include "stages/surface.hpp"
+#include "stages/frame/density.hpp"
+#include "stages/sheet/group.hpp"
+#include "stages/sheet/surface.hpp"
 
 namespace meniscus::bench {
 namespace {

@@ -9,14 +9,14 @@
 #include "api/pipeline.hpp"
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
-#include "stages/cells.hpp"
-#include "stages/particle_fit.hpp"
-#include "stages/project.hpp"
-#include "stages/splash.hpp"
+#include "stages/fit/particle_fit.hpp"
+#include "stages/frame/cells.hpp"
+#include "stages/frame/project.hpp"
+#include "stages/frame/splash.hpp"
+#include "stages/frame/visible.hpp"
+#include "stages/sheet/surface.hpp"
+#include "stages/sheet/triangulate.hpp"
 #include "stages/stage_data.hpp"
-#include "stages/surface.hpp"
-#include "stages/triangulate.hpp"
-#include "stages/visible.hpp"
 
 namespace meniscus::bench {
 

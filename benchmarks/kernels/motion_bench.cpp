@@ -4,8 +4,8 @@
 
 #include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
-#include "stages/bins.hpp"
-#include "stages/motion.hpp"
+#include "stages/extras/motion.hpp"
+#include "stages/frame/bins.hpp"
 
 namespace meniscus::bench {
 namespace {

@@ -2,7 +2,7 @@
 
 #include "kernels/cases.hpp"
 #include "kernels/fit_problems.hpp"
-#include "stages/particle_fit.hpp"
+#include "stages/fit/particle_fit.hpp"
 
 namespace meniscus::bench {
 

@@ -3,7 +3,7 @@
 
 #include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
-#include "stages/region.hpp"
+#include "stages/sample/region.hpp"
 
 namespace meniscus::bench {
 namespace {

@@ -2,8 +2,8 @@
 #include <memory>
 
 #include "kernels/cases.hpp"
-#include "stages/roundness.hpp"
-#include "stages/trust.hpp"
+#include "stages/fit/roundness.hpp"
+#include "stages/fit/trust.hpp"
 
 namespace meniscus::bench {
 namespace {

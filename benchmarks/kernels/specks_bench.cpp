@@ -3,7 +3,7 @@
 
 #include "kernels/cases.hpp"
 #include "kernels/native/native.hpp"
-#include "stages/specks.hpp"
+#include "stages/sample/specks.hpp"
 
 namespace meniscus::bench {
 namespace {

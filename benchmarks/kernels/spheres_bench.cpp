@@ -3,7 +3,7 @@
 
 #include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
-#include "stages/spheres.hpp"
+#include "stages/other_methods/spheres.hpp"
 
 namespace meniscus::bench {
 

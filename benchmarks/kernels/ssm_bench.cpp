@@ -2,8 +2,8 @@
 
 #include "kernels/cases.hpp"
 #include "kernels/native/native.hpp"
-#include "stages/spheres.hpp"
-#include "stages/ssm.hpp"
+#include "stages/other_methods/spheres.hpp"
+#include "stages/other_methods/ssm.hpp"
 
 namespace meniscus::bench {
 namespace {

@@ -3,7 +3,7 @@
 #include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
 #include "kernels/native/native.hpp"
-#include "stages/blend.hpp"
+#include "stages/sample/blend.hpp"
 
 namespace meniscus::bench {
 namespace {

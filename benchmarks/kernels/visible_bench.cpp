@@ -3,7 +3,7 @@
 
 #include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
-#include "stages/visible.hpp"
+#include "stages/frame/visible.hpp"
 
 namespace meniscus::bench {
 namespace {

@@ -23,7 +23,7 @@
 #include "prepare/fill.hpp"
 #include "prepare/parts.hpp"
 #include "prepare/sampled_disorder.hpp"
-#include "stages/space_grid.hpp"
+#include "stages/closed/space_grid.hpp"
 
 namespace meniscus {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "device/stage_clock.hpp"
 #include "methods/methods.hpp"
-#include "stages/motion.hpp"
+#include "stages/extras/motion.hpp"
 
 namespace meniscus {
 namespace {

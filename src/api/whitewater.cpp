@@ -16,7 +16,7 @@
 #include "prepare/canonical_order.hpp"
 #include "prepare/survey.hpp"
 #include "prepare/velocities.hpp"
-#include "stages/whitewater.hpp"
+#include "stages/extras/whitewater.hpp"
 
 namespace meniscus {
 namespace {

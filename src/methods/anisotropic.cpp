@@ -1,13 +1,13 @@
 // Method anisotropic: the level set of anisotropic kernels (Yu and Turk 2013), met by rays.
-#include "stages/anisotropic.hpp"
+#include "stages/other_methods/anisotropic.hpp"
 
 #include <algorithm>
 
 #include "device/stage_clock.hpp"
 #include "methods/methods.hpp"
-#include "stages/mesh.hpp"
-#include "stages/silhouettes.hpp"
-#include "stages/spheres.hpp"
+#include "stages/mesh/mesh.hpp"
+#include "stages/mesh/silhouettes.hpp"
+#include "stages/other_methods/spheres.hpp"
 
 namespace meniscus {
 

@@ -1,7 +1,7 @@
 // Method bilateral: a bilateral filter on the depth map of the spheres (Green 2010).
 #include "methods/methods.hpp"
-#include "stages/filter.hpp"
-#include "stages/ssm.hpp"
+#include "stages/other_methods/filter.hpp"
+#include "stages/other_methods/ssm.hpp"
 
 namespace meniscus {
 

@@ -5,7 +5,7 @@
 
 #include "meniscus/closed.hpp"
 #include "methods/extraction.hpp"
-#include "stages/relax.hpp"
+#include "stages/frame/relax.hpp"
 
 namespace meniscus {
 

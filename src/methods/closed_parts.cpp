@@ -15,11 +15,11 @@
 #include "device/stage_clock.hpp"
 #include "methods/closed_steps.hpp"
 #include "methods/contour.hpp"
-#include "stages/crumbs.hpp"
-#include "stages/faces.hpp"
-#include "stages/relax.hpp"
-#include "stages/roundness.hpp"
-#include "stages/trust.hpp"
+#include "stages/closed/crumbs.hpp"
+#include "stages/fit/faces.hpp"
+#include "stages/fit/roundness.hpp"
+#include "stages/fit/trust.hpp"
+#include "stages/frame/relax.hpp"
 
 namespace meniscus {
 namespace {

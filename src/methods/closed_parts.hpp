@@ -9,8 +9,8 @@
 #include "base/team.hpp"
 #include "meniscus/closed.hpp"
 #include "methods/extraction.hpp"
-#include "stages/mesh_parts.hpp"
-#include "stages/relax.hpp"
+#include "stages/closed/mesh_parts.hpp"
+#include "stages/frame/relax.hpp"
 #include "stages/space_box.hpp"
 
 namespace meniscus {

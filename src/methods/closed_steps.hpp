@@ -11,13 +11,13 @@
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
 #include "methods/placed_fluid.hpp"
-#include "stages/cells.hpp"
-#include "stages/density.hpp"
-#include "stages/dual_mesh.hpp"
-#include "stages/implicit.hpp"
-#include "stages/particle_fit.hpp"
-#include "stages/project.hpp"
-#include "stages/relax.hpp"
+#include "stages/closed/dual_mesh.hpp"
+#include "stages/closed/implicit.hpp"
+#include "stages/fit/particle_fit.hpp"
+#include "stages/frame/cells.hpp"
+#include "stages/frame/density.hpp"
+#include "stages/frame/project.hpp"
+#include "stages/frame/relax.hpp"
 
 namespace meniscus {
 

@@ -3,8 +3,8 @@
 #include <bit>
 
 #include "methods/closed_steps.hpp"
-#include "stages/dual_mesh.hpp"
-#include "stages/share_space.hpp"
+#include "stages/closed/dual_mesh.hpp"
+#include "stages/closed/share_space.hpp"
 
 namespace meniscus {
 namespace {

@@ -8,10 +8,10 @@
 
 #include "device/device.hpp"
 #include "device/stage_clock.hpp"
-#include "stages/block_box.hpp"
-#include "stages/implicit.hpp"
-#include "stages/mesh_parts.hpp"
-#include "stages/space_grid.hpp"
+#include "stages/closed/block_box.hpp"
+#include "stages/closed/implicit.hpp"
+#include "stages/closed/mesh_parts.hpp"
+#include "stages/closed/space_grid.hpp"
 
 namespace meniscus {
 

@@ -1,7 +1,7 @@
 // Method curvature-flow: screen-space mean curvature flow (van der Laan, Green, Sainz 2009).
 #include "methods/methods.hpp"
-#include "stages/filter.hpp"
-#include "stages/ssm.hpp"
+#include "stages/other_methods/filter.hpp"
+#include "stages/other_methods/ssm.hpp"
 
 namespace meniscus {
 

@@ -1,7 +1,7 @@
 #include "methods/extraction.hpp"
 
 #include "prepare/attributes.hpp"
-#include "stages/motion.hpp"
+#include "stages/extras/motion.hpp"
 
 namespace meniscus {
 

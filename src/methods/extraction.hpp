@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "meniscus/meniscus.hpp"
-#include "stages/project.hpp"
-#include "stages/relax.hpp"
-#include "stages/splash.hpp"
-#include "stages/surface_buffers.hpp"
-#include "stages/triangulate.hpp"
+#include "stages/frame/project.hpp"
+#include "stages/frame/relax.hpp"
+#include "stages/frame/splash.hpp"
+#include "stages/sample/surface_buffers.hpp"
+#include "stages/sheet/triangulate.hpp"
 #include "stages/view.hpp"
 
 namespace meniscus {

@@ -11,14 +11,14 @@
 #include "methods/closed_steps.hpp"
 #include "methods/contour.hpp"
 #include "methods/recorded_fits.hpp"
-#include "stages/crumbs.hpp"
-#include "stages/dual_faces.hpp"
-#include "stages/dual_vertices.hpp"
-#include "stages/implicit.hpp"
-#include "stages/relax.hpp"
-#include "stages/roundness.hpp"
-#include "stages/surface.hpp"
-#include "stages/trust.hpp"
+#include "stages/closed/crumbs.hpp"
+#include "stages/closed/dual_faces.hpp"
+#include "stages/closed/dual_vertices.hpp"
+#include "stages/closed/implicit.hpp"
+#include "stages/fit/roundness.hpp"
+#include "stages/fit/trust.hpp"
+#include "stages/frame/relax.hpp"
+#include "stages/sheet/surface.hpp"
 
 namespace meniscus {
 namespace {

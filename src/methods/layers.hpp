@@ -6,9 +6,9 @@
 
 #include "device/stage_clock.hpp"
 #include "methods/extraction.hpp"
-#include "stages/density.hpp"
-#include "stages/layers.hpp"
-#include "stages/particle_fit.hpp"
+#include "stages/extras/layers.hpp"
+#include "stages/fit/particle_fit.hpp"
+#include "stages/frame/density.hpp"
 
 namespace meniscus {
 

@@ -5,7 +5,7 @@
 
 #include "device/device.hpp"
 #include "methods/extraction.hpp"
-#include "stages/spheres.hpp"
+#include "stages/other_methods/spheres.hpp"
 
 namespace meniscus {
 

@@ -1,7 +1,7 @@
 // Method narrow-range: the narrow-range filter (Truong and Yuksel 2018).
 #include "methods/methods.hpp"
-#include "stages/filter.hpp"
-#include "stages/ssm.hpp"
+#include "stages/other_methods/filter.hpp"
+#include "stages/other_methods/ssm.hpp"
 
 namespace meniscus {
 

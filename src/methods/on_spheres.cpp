@@ -1,9 +1,9 @@
 // What every method shares that smooths the depth map of the particles' spheres.
 #include "device/stage_clock.hpp"
 #include "methods/methods.hpp"
-#include "stages/mesh.hpp"
-#include "stages/ssm.hpp"
-#include "stages/surface_buffers.hpp"
+#include "stages/mesh/mesh.hpp"
+#include "stages/other_methods/ssm.hpp"
+#include "stages/sample/surface_buffers.hpp"
 
 namespace meniscus {
 

@@ -1,14 +1,14 @@
 // Method paper: the paper as printed, to reproduce its figures.
-#include "stages/paper.hpp"
+#include "stages/other_methods/paper.hpp"
 
 #include "device/stage_clock.hpp"
 #include "methods/methods.hpp"
-#include "stages/group.hpp"
-#include "stages/mesh.hpp"
-#include "stages/splash.hpp"
-#include "stages/ssm.hpp"
-#include "stages/triangulate.hpp"
-#include "stages/visible.hpp"
+#include "stages/frame/splash.hpp"
+#include "stages/frame/visible.hpp"
+#include "stages/mesh/mesh.hpp"
+#include "stages/other_methods/ssm.hpp"
+#include "stages/sheet/group.hpp"
+#include "stages/sheet/triangulate.hpp"
 
 namespace meniscus {
 

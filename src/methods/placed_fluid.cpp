@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "stages/density.hpp"
-#include "stages/voids.hpp"
+#include "stages/closed/voids.hpp"
+#include "stages/frame/density.hpp"
 
 namespace meniscus {
 namespace {

@@ -7,9 +7,9 @@
 
 #include "device/stage_clock.hpp"
 #include "meniscus/parameters.hpp"
-#include "stages/cells.hpp"
-#include "stages/project.hpp"
-#include "stages/relax.hpp"
+#include "stages/frame/cells.hpp"
+#include "stages/frame/project.hpp"
+#include "stages/frame/relax.hpp"
 #include "stages/view.hpp"
 
 namespace meniscus {

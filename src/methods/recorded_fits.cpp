@@ -1,6 +1,6 @@
 #include "methods/recorded_fits.hpp"
 
-#include "stages/faces.hpp"
+#include "stages/fit/faces.hpp"
 
 namespace meniscus {
 

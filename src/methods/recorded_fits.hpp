@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "meniscus/parameters.hpp"
-#include "stages/blend.hpp"
-#include "stages/particle_fit.hpp"
+#include "stages/fit/particle_fit.hpp"
+#include "stages/sample/blend.hpp"
 
 namespace meniscus {
 

@@ -1,5 +1,5 @@
 // Method spheres: the particles as they are, the least that any method starts from.
-#include "stages/spheres.hpp"
+#include "stages/other_methods/spheres.hpp"
 
 #include "methods/methods.hpp"
 

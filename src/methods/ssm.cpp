@@ -1,5 +1,5 @@
 // Method ssm: Screen Space Meshes (Mueller, Schirm, Duthaler 2007), the paper's baseline.
-#include "stages/ssm.hpp"
+#include "stages/other_methods/ssm.hpp"
 
 #include "methods/methods.hpp"
 

@@ -1,17 +1,17 @@
 // Method stable: a quadric around every visible particle. Nothing is merged, so nothing changes
 // abruptly from frame to frame.
-#include "stages/stable.hpp"
+#include "stages/other_methods/stable.hpp"
 
 #include "device/stage_clock.hpp"
 #include "methods/methods.hpp"
-#include "stages/density.hpp"
-#include "stages/group.hpp"
-#include "stages/mesh.hpp"
-#include "stages/particle_fit.hpp"
-#include "stages/settle.hpp"
-#include "stages/splash.hpp"
-#include "stages/triangulate.hpp"
-#include "stages/visible.hpp"
+#include "stages/fit/particle_fit.hpp"
+#include "stages/frame/density.hpp"
+#include "stages/frame/splash.hpp"
+#include "stages/frame/visible.hpp"
+#include "stages/mesh/mesh.hpp"
+#include "stages/sample/settle.hpp"
+#include "stages/sheet/group.hpp"
+#include "stages/sheet/triangulate.hpp"
 
 namespace meniscus {
 

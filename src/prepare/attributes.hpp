@@ -11,7 +11,7 @@
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
 #include "prepare/usable.hpp"
-#include "stages/motion.hpp"
+#include "stages/extras/motion.hpp"
 
 namespace meniscus {
 

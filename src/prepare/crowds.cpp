@@ -14,7 +14,7 @@
 #include "base/printed.hpp"
 #include "prepare/canonical_order.hpp"
 #include "prepare/radius_estimate.hpp"
-#include "stages/cells.hpp"
+#include "stages/frame/cells.hpp"
 
 namespace meniscus {
 namespace {

@@ -5,8 +5,8 @@
 
 #include "base/team.hpp"
 #include "device/give_back.hpp"
-#include "stages/mesh_parts.hpp"
-#include "stages/project.hpp"
+#include "stages/closed/mesh_parts.hpp"
+#include "stages/frame/project.hpp"
 
 namespace meniscus {
 namespace {

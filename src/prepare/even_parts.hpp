@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "prepare/parts.hpp"
-#include "stages/relax.hpp"
+#include "stages/frame/relax.hpp"
 
 namespace meniscus {
 

@@ -16,7 +16,7 @@
 #include "meniscus/parameters.hpp"
 #include "meniscus/source.hpp"
 #include "prepare/thin.hpp"
-#include "stages/project.hpp"
+#include "stages/frame/project.hpp"
 #include "stages/view.hpp"
 
 namespace meniscus {

@@ -8,7 +8,7 @@
 #include "base/parallel.hpp"
 #include "base/team.hpp"
 #include "device/kernels.hpp"
-#include "stages/project.hpp"
+#include "stages/frame/project.hpp"
 #include "stages/stage_data.hpp"
 
 namespace meniscus {

@@ -7,9 +7,9 @@
 
 #include "meniscus/source.hpp"
 #include "prepare/fill.hpp"
-#include "stages/block_box.hpp"
-#include "stages/project.hpp"
-#include "stages/share_space.hpp"
+#include "stages/closed/block_box.hpp"
+#include "stages/closed/share_space.hpp"
+#include "stages/frame/project.hpp"
 #include "stages/space_box.hpp"
 #include "stages/view.hpp"
 

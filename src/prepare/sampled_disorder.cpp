@@ -12,8 +12,8 @@
 #include "prepare/crowds.hpp"
 #include "prepare/fill.hpp"
 #include "prepare/survey.hpp"
-#include "stages/cells.hpp"
-#include "stages/project.hpp"
+#include "stages/frame/cells.hpp"
+#include "stages/frame/project.hpp"
 
 namespace meniscus {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "meniscus/parameters.hpp"
 #include "meniscus/source.hpp"
-#include "stages/relax.hpp"
+#include "stages/frame/relax.hpp"
 #include "stages/view.hpp"
 
 namespace meniscus {

@@ -6,8 +6,8 @@
 #include "base/exact_math.hpp"
 #include "base/parallel.hpp"
 #include "prepare/apart_points.hpp"
-#include "stages/cells.hpp"
-#include "stages/density.hpp"
+#include "stages/frame/cells.hpp"
+#include "stages/frame/density.hpp"
 
 namespace meniscus {
 namespace {

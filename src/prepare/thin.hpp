@@ -11,7 +11,7 @@
 
 #include "device/device.hpp"
 #include "prepare/voxel_grid.hpp"
-#include "stages/project.hpp"
+#include "stages/frame/project.hpp"
 
 namespace meniscus {
 

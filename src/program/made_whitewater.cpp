@@ -7,7 +7,7 @@
 #include "meniscus/error.hpp"
 #include "meniscus/whitewater.hpp"
 #include "program/mixed.hpp"
-#include "stages/cells.hpp"
+#include "stages/frame/cells.hpp"
 
 namespace meniscus {
 namespace {

@@ -4,9 +4,9 @@
 
 #include "meniscus/meniscus.hpp"
 #include "prepare/gather.hpp"
-#include "stages/project.hpp"
-#include "stages/visible.hpp"
-#include "stages/whitewater.hpp"
+#include "stages/extras/whitewater.hpp"
+#include "stages/frame/project.hpp"
+#include "stages/frame/visible.hpp"
 #include "verify/with_discs.hpp"
 
 namespace meniscus::verify {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "device/device.hpp"
-#include "verify/references.hpp"
 #include "verify/scenes.hpp"
+#include "verify/stage_cases.hpp"
 
 namespace meniscus::verify {
 

@@ -17,7 +17,7 @@
 #include "meniscus/whitewater.hpp"
 #include "prepare/gather.hpp"
 #include "same_bits.hpp"
-#include "stages/bins.hpp"
+#include "stages/frame/bins.hpp"
 #include "verify/arithmetic.hpp"
 #include "verify/scenes.hpp"
 

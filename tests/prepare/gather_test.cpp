@@ -9,7 +9,7 @@
 #include <set>
 
 #include "meniscus/error.hpp"
-#include "stages/project.hpp"
+#include "stages/frame/project.hpp"
 #include "stages/stage_test_support.hpp"
 #include "thrown.hpp"
 

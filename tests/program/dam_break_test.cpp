@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "meniscus/error.hpp"
-#include "stages/cells.hpp"
+#include "stages/frame/cells.hpp"
 
 namespace meniscus {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "device/device.hpp"
 #include "stages/view.hpp"
-#include "verify/references.hpp"
-#include "verify/references/inputs.hpp"
+#include "verify/stage_cases.hpp"
+#include "verify/stage_cases/inputs.hpp"
 
 namespace meniscus {
 

@@ -6,7 +6,7 @@
 #include <tuple>
 #include <vector>
 
-#include "stages/bins.hpp"
+#include "stages/frame/bins.hpp"
 #include "verify/random.hpp"
 
 namespace meniscus::reference {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "meniscus/parameters.hpp"
-#include "stages/particle_fit.hpp"
+#include "stages/fit/particle_fit.hpp"
 #include "stages/view.hpp"
 #include "verify/reference/epsilon.hpp"
 #include "verify/reference/fit.hpp"

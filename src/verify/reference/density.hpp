@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "stages/project.hpp"
+#include "stages/frame/project.hpp"
 #include "verify/reference/epsilon.hpp"
 
 namespace meniscus::reference {

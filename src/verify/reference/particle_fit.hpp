@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "stages/particle_fit.hpp"
+#include "stages/fit/particle_fit.hpp"
 #include "verify/reference/fit.hpp"
 
 namespace meniscus::reference {

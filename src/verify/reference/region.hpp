@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "stages/triangulate.hpp"
+#include "stages/sheet/triangulate.hpp"
 #include "verify/reference/epsilon.hpp"
 
 namespace meniscus::reference {

@@ -1,10 +1,11 @@
-// Means over the fits of a sheet, in double precision: a loop over all fits (stages/sheet.hpp).
+// Means over the fits of a sheet, in double precision: a loop over all fits
+// (stages/sheet/sheet.hpp).
 #pragma once
 
 #include <algorithm>
 #include <vector>
 
-#include "stages/sheet.hpp"
+#include "stages/sheet/sheet.hpp"
 #include "verify/reference/epsilon.hpp"
 
 namespace meniscus::reference {

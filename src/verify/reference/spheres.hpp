@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "stages/project.hpp"
+#include "stages/frame/project.hpp"
 #include "stages/stage_data.hpp"
 
 namespace meniscus::reference {

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "stages/stable.hpp"
+#include "stages/other_methods/stable.hpp"
 #include "verify/reference/particle_fit.hpp"
 
 namespace meniscus::reference {

@@ -1,11 +1,11 @@
 // What trust is told from, in double precision: loops over all particles and fits
-// (stages/trust.hpp).
+// (stages/fit/trust.hpp).
 #pragma once
 
 #include <algorithm>
 #include <vector>
 
-#include "stages/trust.hpp"
+#include "stages/fit/trust.hpp"
 #include "verify/reference/density.hpp"
 #include "verify/reference/sheet.hpp"
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "stages/project.hpp"
+#include "stages/frame/project.hpp"
 #include "stages/stage_data.hpp"
 
 namespace meniscus::reference {
