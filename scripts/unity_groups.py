@@ -80,11 +80,14 @@ def names_in(body):
         parentheses += {"(": 1, ")": -1}.get(char, 0)
         if char == "{":
             depth, at = 1, at + 1
+            opened = at
             while depth and at < len(body):
                 depth += {"{": 1, "}": -1}.get(body[at], 0)
                 at += 1
             if parentheses == 0:
                 names |= name_of(current + "{")
+                if re.match(r"\s*enum\s+(?!class\b|struct\b)", current):
+                    names.update(re.findall(r"(\w+)\s*(?:=[^,]*)?(?:,|$)", body[opened:at - 1].strip()))
                 current = ""
                 rest = re.compile(r"[^;{}()\n]*;").match(body, at)
                 at = rest.end() if rest else at
