@@ -16,9 +16,11 @@
 #include "stages/fit/particle_fit.hpp"
 #include "stages/fit/roundness.hpp"
 #include "stages/fit/trust.hpp"
+#include "stages/frame/near_lists.hpp"
 #include "stages/frame/relax.hpp"
 #include "stages/frame/splash.hpp"
 #include "stages/mesh/mesh.hpp"
+#include "stages/mesh/silhouettes.hpp"
 #include "stages/sample/sampler.hpp"
 #include "stages/sheet/group.hpp"
 #include "stages/sheet/merge.hpp"
@@ -191,6 +193,22 @@ SurfaceParticles orient(const Frame& frame, const Fluid& fluid, const Visible& s
   return with_normals(
       std::move(shell.found), seen,
       first_normals(frame.view, fluid.particles, seen, mesh, of_triangles, sources));
+}
+
+// Where the front layer ends between the two nodes of each silhouette edge (paper 2.5). A point
+// belongs to the layer when the blend, or the field where the layer is splash, goes on there.
+// Waits.
+std::vector<SilhouetteEdge> cut_silhouettes(const Sampler& sampler, const SurfaceMap& nodes) {
+  const double z_max = sampler.params.grid.z_max;
+  const std::vector<SilhouetteEdge> edges = find_silhouette_edges(nodes, z_max);
+  const FitTiles tiles = list_fits(sampler.device, sampler.view, sampler.records, nodes.grid);
+  const auto sample = [&](const std::vector<float>& points, const std::vector<float>& near) {
+    std::vector<float> near_fits = near;
+    for (std::size_t e = 0; e < edges.size(); ++e)
+      if (nodes.kind[edges[e].front] == Kind::splash) near_fits[e] = kNoSurface;
+    return sample_points(sampler, nodes.grid, tiles, points, near, near_fits);
+  };
+  return bisect_silhouettes(nodes, edges, z_max, sample);
 }
 
 // Both methods: only the places of the fits differ.

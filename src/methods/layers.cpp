@@ -17,6 +17,7 @@
 #include "stages/closed/implicit.hpp"
 #include "stages/fit/roundness.hpp"
 #include "stages/fit/trust.hpp"
+#include "stages/frame/near_lists.hpp"
 #include "stages/frame/relax.hpp"
 #include "stages/sheet/surface.hpp"
 

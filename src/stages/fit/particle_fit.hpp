@@ -4,13 +4,13 @@
 
 #include <array>
 #include <optional>
-#include <span>
 #include <vector>
 
 #include "device/device.hpp"
 #include "device/records.hpp"
 #include "device/together.hpp"
 #include "meniscus/parameters.hpp"
+#include "stages/fit/neighbours.hpp"
 #include "stages/sheet/sheet.hpp"
 #include "stages/sheet/surface.hpp"
 
@@ -51,9 +51,6 @@ QuadricLevel level_at(const std::array<float, 10>& quadric, const Vec3d& place);
 /// Within which neighbours weigh in a fit, particle radii.
 inline double fit_reach(const FitParams& params) { return records::kFitReach * params.support; }
 
-/// Over which fits residuals are averaged, particle radii.
-inline constexpr float kResidualReach = 6;
-
 /// What residual noise alone explains, particle radii, from the residuals of all fits of a
 /// frame before the last pass; those that are not above 0 do not count: 1.5 times their 5th
 /// percentile, at least .14. Kernel find_noise does the same.
@@ -81,79 +78,6 @@ struct FitRecords {
   std::vector<float> normal;  // [n + 1][4] unit; roundness, 0
 };
 FitRecords fit_records(const Projected& projected, const SurfaceParticles& around);
-
-/// The neighbours of fits, as kernel fit_particles takes them: fits in batches of 16 lanes,
-/// those with about as many neighbours together. Neighbour k of lane l is in slot first[l / 16] + l
-/// % 16 + 16 k.
-struct FitLists {
-  std::vector<std::int32_t> fit;      // [lanes] -1: the lane is not in use
-  std::vector<cl_int> particle;       // [lanes] the fit's place in the surface, else nobody's
-  std::vector<cl_int> first, length;  // [batches] first slot; slots a lane
-  std::vector<cl_int> neighbour;      // [slots] places in the surface; nobody's: not in use
-};
-
-/// Lists of all particles of `around` within `reach` of each of `centre`, one or several where that
-/// makes more than `most_slots` slots.
-std::vector<FitLists> list_neighbours(const Projected& projected,
-                                      const std::vector<std::int32_t>& centre,
-                                      const std::vector<std::int32_t>& around, double reach,
-                                      std::size_t most_slots);
-
-/// Who lies near each of some centres, in blocks of so many of them.
-struct NearLists {
-  static constexpr std::size_t kBlock = 256;
-  struct Block {
-    std::vector<std::size_t> start;  // [centres + 1] where those of each begin
-    std::vector<cl_int> near;        // places in the surface
-  };
-  std::vector<Block> blocks;
-
-  /// The places near centre k.
-  std::span<const cl_int> operator[](std::size_t k) const {
-    const Block& block = blocks[k / kBlock];
-    const std::size_t* const own = block.start.data() + k % kBlock;
-    return std::span(block.near).subspan(own[0], own[1] - own[0]);
-  }
-};
-
-/// All particles of `around` within `reach` of each of `centre` (itself among them), particle
-/// radii.
-NearLists list_near(const Projected& projected, const std::vector<std::int32_t>& centre,
-                    const std::vector<std::int32_t>& around, double reach);
-
-/// The same among the points of cells, of side `reach` or more: items stand for places.
-NearLists list_near(const Projected& projected, const std::vector<std::int32_t>& centre,
-                    const Cells& cells, double reach);
-
-/// Fits in cells of side kResidualReach, in which they are averaged (average_lanes()).
-struct LaneCells {
-  Cells host;
-  DeviceCells cells;               // the same, without weights
-  std::vector<Buffer<cl_int>> to;  // of each part of the neighbours: [lanes] where each one's fit
-                                   // is in bucket order, -1: the lane is not in use
-};
-
-/// Lists of neighbours on the device, and the fits of their lanes.
-struct FitNeighbours {
-  struct Part {
-    FitLists lists;  // but for the neighbours
-    Buffer<cl_int> particle;
-    Buffer<float> influence;  // [lanes] Visible::influence of the fit
-    Buffer<cl_int> neighbour, first, length;
-  };
-  std::vector<Part> parts;
-  LaneCells sheet;
-};
-
-/// Lists of neighbours, as list_near() makes them of the same arrays, on the device. Throws
-/// DeviceError.
-FitNeighbours upload_neighbours(Device& device, const Projected& projected, const NearLists& near,
-                                const Visible& centre, const std::vector<std::int32_t>& around);
-
-/// What fits need of places alone: the neighbours within `reach` (particle radii) of each of
-/// `centre` among the surface's particles `around`. Throws DeviceError.
-FitNeighbours find_neighbours(Device& device, const Projected& projected, const Visible& centre,
-                              const std::vector<std::int32_t>& around, double reach);
 
 /// Trial fits of a particle (roundness.hpp).
 inline constexpr int kTrials = 2;

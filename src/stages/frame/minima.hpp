@@ -6,7 +6,6 @@
 #include "device/kernels.hpp"
 #include "stages/frame/bins.hpp"
 #include "stages/frame/visible.hpp"
-#include "stages/sample/samples.hpp"
 
 namespace meniscus {
 

@@ -11,8 +11,8 @@
 
 #include "base/exact_math.hpp"
 #include "base/parallel.hpp"
-#include "stages/fit/particle_fit.hpp"
 #include "stages/frame/lane_lists.hpp"
+#include "stages/frame/near_lists.hpp"
 #include "stages/frame/push_lanes.hpp"
 #include "stages/vec.hpp"
 

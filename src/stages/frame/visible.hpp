@@ -7,8 +7,8 @@
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
 #include "stages/frame/bins.hpp"
+#include "stages/frame/occupied_blocks.hpp"
 #include "stages/frame/project.hpp"
-#include "stages/sample/samples.hpp"
 
 namespace meniscus {
 

@@ -4,7 +4,6 @@
 
 #include "device/together.hpp"
 #include "stages/frame/minima.hpp"
-#include "stages/mesh/silhouettes.hpp"
 #include "stages/sample/behind.hpp"
 #include "stages/sample/fairing.hpp"
 #include "stages/sample/interpolate.hpp"
@@ -184,19 +183,6 @@ std::vector<SurfaceSample> sample_points(const Sampler& sampler, const SampleGri
   std::vector<SurfaceSample> found;
   for (std::size_t e = 0; e < near.size(); ++e) found.push_back({map.depth[e], map.normal[e]});
   return found;
-}
-
-std::vector<SilhouetteEdge> cut_silhouettes(const Sampler& sampler, const SurfaceMap& nodes) {
-  const double z_max = sampler.params.grid.z_max;
-  const std::vector<SilhouetteEdge> edges = find_silhouette_edges(nodes, z_max);
-  const FitTiles tiles = list_fits(sampler.device, sampler.view, sampler.records, nodes.grid);
-  const auto sample = [&](const std::vector<float>& points, const std::vector<float>& near) {
-    std::vector<float> near_fits = near;
-    for (std::size_t e = 0; e < edges.size(); ++e)
-      if (nodes.kind[edges[e].front] == Kind::splash) near_fits[e] = kNoSurface;
-    return sample_points(sampler, nodes.grid, tiles, points, near, near_fits);
-  };
-  return bisect_silhouettes(nodes, edges, z_max, sample);
 }
 
 }  // namespace meniscus

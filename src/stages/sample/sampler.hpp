@@ -8,7 +8,6 @@
 #include "meniscus/parameters.hpp"
 #include "stages/frame/density.hpp"
 #include "stages/frame/visible.hpp"
-#include "stages/mesh/mesh.hpp"
 #include "stages/sample/blend.hpp"
 #include "stages/sample/region.hpp"
 #include "stages/sample/surface_buffers.hpp"
@@ -66,9 +65,5 @@ std::vector<SurfaceSample> sample_points(const Sampler& sampler, const SampleGri
                                          const FitTiles& tiles, const std::vector<float>& points,
                                          const std::vector<float>& near,
                                          const std::vector<float>& near_fits);
-
-/// Where the front layer ends between the two nodes of each silhouette edge. A point belongs to the
-/// layer when the blend, or the field where the layer is splash, goes on there. Waits.
-std::vector<SilhouetteEdge> cut_silhouettes(const Sampler& sampler, const SurfaceMap& nodes);
 
 }  // namespace meniscus

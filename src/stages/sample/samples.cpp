@@ -29,18 +29,8 @@ SampleLists keep(Device& device, const SampleLists& lists, const Buffer<float>& 
 
 }  // namespace
 
-std::size_t blocks_in(const SampleGrid& grid) { return 4 * no_samples(grid).tiles(); }
-
 ListedBlocks blocks_of(Device& device, const SampleGrid& grid, bool listed) {
   return filled<cl_uchar>(device, blocks_in(grid), listed ? 1 : 0);
-}
-
-OccupiedBlocks any_blocks(Device& device, const SampleGrid& grid) {
-  return constant<cl_int>(device, blocks_in(grid), 1);
-}
-
-OccupiedBlocks no_blocks(Device& device, const SampleGrid& grid) {
-  return filled<cl_int>(device, blocks_in(grid), 0);
 }
 
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,

@@ -2,12 +2,10 @@
 #pragma once
 
 #include "device/device.hpp"
+#include "stages/frame/occupied_blocks.hpp"
 #include "stages/stage_data.hpp"
 
 namespace meniscus {
-
-/// Side of a tile, samples.
-inline constexpr int kTile = records::TILE;
 
 /// Samples of a grid, by tile of 16 x 16.
 struct SampleLists {
@@ -17,19 +15,6 @@ struct SampleLists {
   Buffer<cl_int> count;   // [2][tiles] how many are in use; of a second list (samples.cl)
   std::size_t tiles() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
 };
-
-/// Blocks of 8 x 8 samples, four to a tile, row by row: at how many of them a map is finite. Where
-/// none is, the map need not be written, and is not read.
-using OccupiedBlocks = Buffer<cl_int>;
-
-/// Blocks of all tiles of a grid.
-std::size_t blocks_in(const SampleGrid& grid);
-
-/// Of a map that is written everywhere, finite or not.
-OccupiedBlocks any_blocks(Device& device, const SampleGrid& grid);
-
-/// Of none so far.
-OccupiedBlocks no_blocks(Device& device, const SampleGrid& grid);
 
 /// The samples where a map is finite. Does not wait.
 SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,

@@ -10,7 +10,8 @@
 #include <vector>
 
 #include "meniscus/parameters.hpp"
-#include "stages/fit/particle_fit.hpp"
+#include "stages/frame/near_lists.hpp"
+#include "stages/sheet/surface.hpp"
 
 namespace meniscus {
 

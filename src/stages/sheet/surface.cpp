@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "stages/frame/near_lists.hpp"
 
 namespace meniscus {
 namespace {
@@ -14,17 +15,6 @@ constexpr double kLeastVisibility = 1e-4;  // v of a particle that is barely see
 constexpr double kSureSlope = 0.35;        // 1/s, of a field whose slope alone gives normals
 
 }  // namespace
-
-Cells cells_of(const Projected& projected, const std::vector<std::int32_t>& index, double side) {
-  const std::size_t n = index.size();
-  std::vector<float> x(n), y(n), z(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    x[k] = projected.x[index[k]];
-    y[k] = projected.y[index[k]];
-    z[k] = projected.z[index[k]];
-  }
-  return make_cells(x, y, z, static_cast<float>(side));
-}
 
 double visibility(double owned) {
   return std::max(kLeastVisibility, smooth_step(kLeastFitted, kFullyVisible, owned));

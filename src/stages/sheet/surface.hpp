@@ -30,9 +30,6 @@ inline constexpr double kLeastSurface = 0.5;
 /// v = max(1e-4, smoothstep(kLeastFitted, kFullyVisible, owned)): particles fade in and out.
 double visibility(double owned);
 
-/// Some of the projected particles in cells of side `side`; an item is a place in `index`.
-Cells cells_of(const Projected& projected, const std::vector<std::int32_t>& index, double side);
-
 /// The particles of `visible` that own at least `least_owned` of their footprint.
 Visible more_visible(const Visible& visible, double least_owned);
 

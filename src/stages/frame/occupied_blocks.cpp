@@ -1,0 +1,18 @@
+#include "stages/frame/occupied_blocks.hpp"
+
+namespace meniscus {
+
+std::size_t blocks_in(const SampleGrid& grid) {
+  const auto tiles = [](int side) { return static_cast<std::size_t>((side + kTile - 1) / kTile); };
+  return 4 * tiles(grid.nx) * tiles(grid.ny);
+}
+
+OccupiedBlocks any_blocks(Device& device, const SampleGrid& grid) {
+  return constant<cl_int>(device, blocks_in(grid), 1);
+}
+
+OccupiedBlocks no_blocks(Device& device, const SampleGrid& grid) {
+  return filled<cl_int>(device, blocks_in(grid), 0);
+}
+
+}  // namespace meniscus
