@@ -10,6 +10,7 @@
   mentioned by their right names; programs of ours know the command and every option named; input
   files of the repository are there. (The commands are parsed, not run.)
 - Every kernel has a benchmark of its own, or docs/performance.md names it with the reason.
+- Rooms of stages use those alone that docs/development.md says they build on.
 - No sentence of README.md has more than 30 words.
 
 Prints one line for each fault, with file and line, and ends with 1 where there is one.
@@ -185,6 +186,28 @@ def kernels(fault):
                 fault(page, 1, f"{name} of {file.name} has neither a row in meniscus bench nor a reason here")
 
 
+def rooms(fault):
+    """A room of stages reads the headers, and its kernels use the files, of those rooms alone that the
+    documents say it builds on, which come before it."""
+    page = ROOT / "docs" / "development.md"
+    rows = re.findall(r"^\| \[`(\w+)`\]\(#\w+\) \|.*\|([^|]*)\|$", page.read_text(), flags=re.M)
+    allowed = {room: set(re.findall(r"`(\w+)`", below)) for room, below in rows}
+    for number, (room, below) in enumerate(allowed.items()):
+        for other in sorted(below - set(list(allowed)[:number])):
+            fault(page, 1, f"the room {room} builds on {other}, which does not come before it")
+    kernel_room = {file.name: file.parent.name for file in (ROOT / "kernels").rglob("*.cl")}
+    for file in sorted([*(ROOT / "src" / "stages").rglob("*.?pp"), *(ROOT / "kernels").rglob("*.cl")]):
+        text = file.read_text()
+        own = "" if file.parent.name in ("stages", "kernels") else file.parent.name
+        if own and own not in allowed:
+            fault(page, 1, f"the room {own} of {file.relative_to(ROOT)} is missing")
+        used = re.findall(r'^#include "stages/(\w+)/', text, flags=re.M)
+        for line in re.findall(r"^// uses: (.*)$", text, flags=re.M):
+            used += [kernel_room[name] for name in line.split()]
+        for other in sorted(set(used) - {own} - allowed.get(own, set())):
+            fault(page, 1, f"{file.relative_to(ROOT)} uses the room {other}, which it must not build on")
+
+
 def main():
     program = Program(sys.argv[1]) if len(sys.argv) > 1 else None
     faults = []
@@ -200,6 +223,7 @@ def main():
             commands(document, text, program, fault)
     sentences(ROOT / "README.md", (ROOT / "README.md").read_text(), fault)
     kernels(fault)
+    rooms(fault)
     print("\n".join(faults) or f"{len(documents())} documents: links and commands are good")
     return 1 if faults else 0
 
