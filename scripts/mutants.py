@@ -377,7 +377,7 @@ class Runner:
 
     def failing_test(self, mutant):
         """The first test that fails of those of the file's stages, or of the roofline's probes."""
-        folder, stems = "stages", stages_of(mutant.file)
+        folder, stems = "stages", stages_of(mutant)
         if mutant.file == "probe.cl":
             folder, stems = "device", ["probe"]
         for stem in stems:
@@ -433,14 +433,13 @@ class Runner:
         return result
 
 
-def stages_of(file):
-    """The stages whose host files build this kernel file."""
+def stages_of(mutant):
+    """The stages that launch a kernel which the mutant may change."""
     stages = []
     for source in sorted((ROOT / "src" / "stages").rglob("*.cpp")):
-        named = set(re.findall(r"\w+\.cl", source.read_text()))
-        if file in named:
+        if set(mutant.kernels) & set(re.findall(r"\bkernels::(\w+)", source.read_text())):
             stages.append(source.stem)
-    own = pathlib.Path(file).stem
+    own = pathlib.Path(mutant.file).stem
     return sorted(stages, key=lambda stage: (stage != own, stage))
 
 
