@@ -140,7 +140,7 @@
   global const float* record, global const float* foot
 
 // Which of them a tile's rays may meet, and which may be steep or turn away from the eye, ascending:
-// [tiles + 1]; [fits of the list]; [8 or 4][stride of the list], see List in blend.cl.
+// [tiles + 1]; [fits of the list]; [8 or 4][stride of the list], see List in tile_lists.cl.
 #define FITS_OF_TILES() \
   global const int* met_start, global const int* met, global const float* met_place, \
   global const int* rim_start, global const int* rim, global const float* rim_place, \

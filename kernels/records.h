@@ -30,7 +30,7 @@ enum { NEARER = 0, NEARER_UNLESS = 1, FINITE = 2 };
 #define PASSED 8.0f   // over the surface, which the ray does not enter
 
 // Faces that rays meet at no more than this cosine are steep. Those beside a sample may lie too far along
-// the ray to be met near it; they are evaluated at the sample itself (blend.cl).
+// the ray to be met near it; they are evaluated at the sample itself (hidden.cl).
 #define STEEP 0.5f
 
 // Neighbours weigh in a fit within this share of its support (particle_fit.cl).

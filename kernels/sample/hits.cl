@@ -43,25 +43,6 @@ inline float leeway_of(global const float* fit) { return fit[15]; }
 #define SURELY_OVER 0.8f
 #define LEAST_BEND 0.02f  // of f over the square of the depth, one over particle radii
 
-// Hidden faces hold a point that lies within them by no more than this.
-#define WITHIN -0.05f  // particle radii
-
-// Hidden fits that a point lies outside of end the surface if their mean weight is at least so much of
-// the mean of all hidden fits' near it.
-#define CREDIBLE 0.05f
-
-// Faces that a point lies within vouch for it when they weigh more than this; more than the second is
-// enough where the blend is fully trusted. Where three faces meet most fits are bevels, which weigh
-// little: without the second dam 015 lacked the tip of its corner.
-#define VOUCHING 1e-3f
-#define VOUCHING_SURE 3e-4f
-
-// Third faces hold the nearer of two sheets from the first of these on, and fully from the second: their
-// weight over that of all that the ray meets. Sheets nearer to each other than MEETING are as good as met.
-#define HOLDING 0.0003f
-#define HOLDING_SURE 0.002f
-#define MEETING 0.1f  // particle radii
-
 typedef struct {
   floatv sx, sy, t;  // point of the ray at the reference depth: eye (sx, sy, -t)
   floatv dx, dy;     // direction (dx, dy, -1)

@@ -14,7 +14,7 @@ constexpr double kLeastTrust = 0.01;  // fits trusted less do not count
 constexpr double kLeastReach = 0.7;   // share of the weight's radius that narrow supports leave
 constexpr double kExtent = 1.8;       // of a group's squared radius goes into its weight's
 constexpr double kFitted = 0.8;       // of its support a group's weight reaches at most
-constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see blend.cl
+constexpr double kRimDepth = 2;       // particle radii from where a fit ends sheets, see hidden.cl
 constexpr std::size_t kGrain = 512;   // fits that are worth a thread
 
 // What a round fit has in the last value of its record, see pull_of and leeway_of in hits.cl.
@@ -229,7 +229,7 @@ FitTiles list_fits(Device& device, const View& view, const BlendRecords& records
   struct Fits {
     std::vector<char> wanted;
     std::vector<Box> box;
-    std::vector<std::array<float, 8>> place;  // see List in blend.cl
+    std::vector<std::array<float, 8>> place;  // see List in tile_lists.cl
     std::size_t rows;                         // of these that the kernel reads
     TileLists lists;
   };

@@ -75,7 +75,7 @@ TileLists list_tiles(const View& view, const GroupRecords& records, const Sample
 /// The fits of each tile on the device.
 struct FitList {
   Buffer<cl_int> start, fit;  // [tiles + 1]; ascending in each tile
-  Buffer<float> place;        // [rows][fit.size] where the listed fits lie, see blend.cl
+  Buffer<float> place;        // [rows][fit.size] where the listed fits lie, see tile_lists.cl
 };
 
 /// Those that rays may meet (kernel blend_groups, record 11), and those that may be steep to
