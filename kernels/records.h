@@ -12,6 +12,7 @@ enum {
   TILE = 16,  // samples are taken in tiles of TILE x TILE (samples.cl),
   BIN = 8,    // and drawn in bins of BIN x BIN (bins.cl)
   FIT = 16,   // floats of a fit's record (hits.cl)
+  PARTICLE_RECORD = 24,  // floats of a particle's record (stable.cl)
   // Set in the group of a sample that was interpolated: its group is the one of a corner, until
   // choose_groups.cl has looked at those around. All bits are set in -1, no group.
   OF_CORNER = 1 << 30

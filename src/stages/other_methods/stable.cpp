@@ -165,7 +165,7 @@ Buffer<cl_int> nearest_sample(Device& device, const Buffer<cl_int>& map, const S
 }  // namespace
 
 GroupRecords stable_records(const ParticleFits& fits, const FitParams& fit, double radius) {
-  constexpr std::size_t kRecord = 24;  // floats, as in stable.cl
+  constexpr std::size_t kRecord = records::PARTICLE_RECORD;
   GroupRecords records;
   records.values.assign(fits.size() * kRecord, 0.0f);
   records.billboard.assign(fits.size(), 0.0);
