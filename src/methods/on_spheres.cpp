@@ -2,6 +2,7 @@
 #include "device/stage_clock.hpp"
 #include "methods/methods.hpp"
 #include "stages/mesh/mesh.hpp"
+#include "stages/mesh/silhouettes.hpp"
 #include "stages/other_methods/ssm.hpp"
 #include "stages/sample/surface_buffers.hpp"
 

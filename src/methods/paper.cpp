@@ -6,6 +6,7 @@
 #include "stages/frame/splash.hpp"
 #include "stages/frame/visible.hpp"
 #include "stages/mesh/mesh.hpp"
+#include "stages/mesh/silhouettes.hpp"
 #include "stages/other_methods/ssm.hpp"
 #include "stages/sheet/group.hpp"
 #include "stages/sheet/triangulate.hpp"

@@ -7,20 +7,13 @@
 #include <string>
 
 #include "meniscus/error.hpp"
+#include "stages/mesh/silhouettes.hpp"
 
 namespace meniscus {
 namespace {
 
 // Cuts keep this distance from the nodes, in cells, so that no triangle is a needle's point.
 constexpr double kCutMargin = 0.02;
-
-void check_map(const SurfaceMap& nodes) {
-  require(nodes.grid.nx >= 0 && nodes.grid.ny >= 0 && nodes.depth.size() == nodes.grid.size() &&
-              (nodes.normal.empty() || nodes.normal.size() == nodes.grid.size()),
-          "mesh: the maps have " + std::to_string(nodes.depth.size()) + " depths and " +
-              std::to_string(nodes.normal.size()) + " normals but the grid has " +
-              std::to_string(nodes.grid.nx) + " x " + std::to_string(nodes.grid.ny) + " nodes");
-}
 
 // (u, v) in pixels and q, a depth in which planes are affine over the screen: 1/w in perspective,
 // the depth itself in an orthographic view. Blends of such points of a plane stay on it.
@@ -490,33 +483,9 @@ Mesh Mesher::unprojected() const {
 
 }  // namespace
 
-std::vector<SilhouetteEdge> find_silhouette_edges(const SurfaceMap& nodes, double z_max) {
-  check_map(nodes);
-  require(z_max > 0, "mesh: z_max is " + std::to_string(z_max) + ", must be > 0");
-  const int nx = nodes.grid.nx, ny = nodes.grid.ny;
-  std::vector<SilhouetteEdge> edges;
-  const auto test = [&](int a, int b) {
-    const float da = nodes.depth[a], db = nodes.depth[b];
-    if (!std::isfinite(da) && !std::isfinite(db)) return;
-    if (std::isfinite(da) && std::isfinite(db) && std::abs(double{da} - db) <= z_max) return;
-    const bool a_in_front = !std::isfinite(db) || (std::isfinite(da) && da < db);
-    SilhouetteEdge edge;
-    edge.front = a_in_front ? a : b;
-    edge.back = a_in_front ? b : a;
-    edges.push_back(edge);
-  };
-  for (int j = 0; j < ny; ++j)
-    for (int i = 0; i < nx; ++i) {
-      const int node = j * nx + i;
-      if (i + 1 < nx) test(node, node + 1);
-      if (j + 1 < ny) test(node, node + nx);
-    }
-  return edges;
-}
-
 Mesh make_mesh(const View& view, const SurfaceMap& nodes, const std::vector<SilhouetteEdge>& edges,
                const MeshParams& params) {
-  check_map(nodes);
+  check_nodes(nodes);
   require(params.z_max > 0, "mesh: z_max is " + std::to_string(params.z_max) + ", must be > 0");
   if (nodes.grid.nx < 2 || nodes.grid.ny < 2) return {};
   return Mesher(view, nodes, edges, params).unprojected();

@@ -9,17 +9,6 @@
 
 namespace meniscus {
 
-/// The neighbouring nodes between which the silhouette passes: depths that differ by more than
-/// `z_max`, or a surface beside none (Mueller et al. 3.4).
-///
-///   nodes  depth is read, particle radii
-///   z_max  particle radii, > 0
-///
-/// Returns them ordered by their upper left node, the edge to the right before the edge down, with
-/// the cut half way and no surface sample: whoever knows better sets `cut` and `surface`.
-/// Throws InvalidArgument when z_max is not positive or the map's size is not its grid's.
-std::vector<SilhouetteEdge> find_silhouette_edges(const SurfaceMap& nodes, double z_max);
-
 /// Meshes the nodes: one sheet for every layer that is connected from node to node, cut along the
 /// silhouettes (Mueller et al. 3.4 to 3.6).
 ///

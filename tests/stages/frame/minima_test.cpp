@@ -1,5 +1,5 @@
 // Drawing by atomic minima against drawing bin by bin: whole frames, to the byte. (The stage's own
-// case of verify, references/minima.cpp, compares each map; visible_test has what is hidden.)
+// case of verify, stage_cases/minima.cpp, compares each map; visible_test has what is hidden.)
 #include "stages/frame/minima.hpp"
 
 #include <gtest/gtest.h>

@@ -12,6 +12,7 @@
 
 #include "meniscus/camera.hpp"
 #include "meniscus/error.hpp"
+#include "stages/mesh/silhouettes.hpp"
 #include "stages/orthographic_view.hpp"
 #include "thrown.hpp"
 

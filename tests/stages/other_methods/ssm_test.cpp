@@ -9,6 +9,7 @@
 
 #include "meniscus/camera.hpp"
 #include "stages/mesh/mesh.hpp"
+#include "stages/mesh/silhouettes.hpp"
 #include "stages/orthographic_view.hpp"
 #include "stages/stage_test_support.hpp"
 #include "thrown.hpp"
