@@ -484,7 +484,7 @@ inline floatv agreement_of(const floatv apart, const floatv alike, const float d
          smooth_step(0.6f - 0.6f * disorder, 0.92f - 0.32f * disorder, alike);
 }
 
-// How far a blend of fits with such a trust is compared with the field. A mark of .01 (stages/trust)
+// How far a blend of fits with such a trust is compared with the field. A mark of .01 (trust.hpp)
 // asks for all of it; less than that for little, so that no step shows where a mark begins.
 inline floatv compared_at(const floatv trust) {
   const floatv mark = clamp(100.0f * (1.0f - trust), 0.0f, 1.0f);

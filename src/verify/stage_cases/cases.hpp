@@ -1,4 +1,4 @@
-// The cases of references.hpp, one function a stage.
+// The cases of stage_cases.hpp, one function a stage.
 #pragma once
 
 #include "stages/frame/relax.hpp"
