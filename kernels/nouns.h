@@ -104,8 +104,6 @@
   global access int* group, global access float* depth
 #define OWNED(depth, owner) \
   global uint* depth, global int* owner
-#define STABLE_REGION(reference, front, owner) \
-  global const float* reference, global const float* front, global const int* owner
 #define FOUND(depth, normal, group) \
   global float* depth, global float* normal, global int* group
 

@@ -12,7 +12,6 @@ enum {
   TILE = 16,  // samples are taken in tiles of TILE x TILE (samples.cl),
   BIN = 8,    // and drawn in bins of BIN x BIN (bins.cl)
   FIT = 16,   // floats of a fit's record (hits.cl)
-  PARTICLE_RECORD = 24,  // floats of a particle's record (stable.cl)
   // Set in the group of a sample that was interpolated: its group is the one of a corner, until
   // choose_groups.cl has looked at those around. All bits are set in -1, no group.
   OF_CORNER = 1 << 30
@@ -165,14 +164,6 @@ RECORD(PrintedBlend) {
   float w_row[4];
   float d_max;             // particle radii
   float b_least, b_gain;   // of R: at right angles, gain to equal normals
-};
-
-// Edges of the contour, drawn as capsules (stable.cl).
-RECORD(Capsules) {
-  int count, stride;
-  float aspect;  // pixels along u over pixels along v
-  float radius;  // particle radii
-  float apart;   // depth at which there are two layers, particle radii
 };
 
 // Points of the implicit function (implicit.cl).

@@ -35,7 +35,6 @@ const std::vector<KernelBench>& kernel_benches() {
       {"smooth_columns", prepare_smooth_columns},
       {"smooth_rows", prepare_smooth_rows},
       {"depth_normals", prepare_normals},
-      {"blend_particles", prepare_blend_particles},
       {"shape_kernels", prepare_shape_kernels},
       {"cast_field", prepare_cast_field},
       {"filter_bilateral", prepare_bilateral},

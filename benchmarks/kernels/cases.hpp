@@ -51,9 +51,9 @@ Prepare prepare_splat, prepare_owned, prepare_owners_by_bins, prepare_owners_by_
     prepare_spheres_by_minima, prepare_gradients, prepare_evidence, prepare_edges, prepare_averages,
     prepare_blend, prepare_settle, prepare_follow, prepare_splash, prepare_compare,
     prepare_interpolate, prepare_specks, prepare_fairing, prepare_motion, prepare_cast_spheres,
-    prepare_smooth_columns, prepare_smooth_rows, prepare_normals, prepare_blend_particles,
-    prepare_shape_kernels, prepare_cast_field, prepare_triangles, prepare_fit, prepare_bilateral,
-    prepare_narrow_range, prepare_flow;
+    prepare_smooth_columns, prepare_smooth_rows, prepare_normals, prepare_shape_kernels,
+    prepare_cast_field, prepare_triangles, prepare_fit, prepare_bilateral, prepare_narrow_range,
+    prepare_flow;
 
 /// How many values differ in their bits; all of them when the sizes do.
 std::size_t count_differing(const std::vector<float>& a, const std::vector<float>& b);

@@ -15,11 +15,6 @@ Case frame_case(Frame& frame, Method method, const char* kernel, double bytes_a_
 
 }  // namespace
 
-Case prepare_blend_particles(Frame& frame) {
-  // Reference, front and owner read; depth, normal, group, trust and kind written.
-  return frame_case(frame, Method::stable, "blend_particles", 37);
-}
-
 Case prepare_shape_kernels(Frame& frame) {
   // A position read and eleven values written a particle.
   Case result = frame_case(frame, Method::anisotropic, "shape_kernels", 0);

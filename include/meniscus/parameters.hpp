@@ -12,7 +12,7 @@ namespace meniscus MENISCUS_API {
 /// How the surface is made from the visible particles.
 enum class Method {
   fit,             // a quadric around every particle of the surface, two-sheet blend: the default
-  stable,          // the same of the visible particles alone: neither field nor hidden ones
+  stable,          // a fit around each visible particle alone, as in the paper
   paper,           // the paper as printed, to reproduce its figures
   ssm,             // Screen Space Meshes (Mueller et al. 2007), the paper's baseline
   spheres,         // the particles as spheres
@@ -77,7 +77,7 @@ struct RegionParams {
 
 /// The intersection and the blend of the groups a ray meets (paper 2.4.2, Eqs. 6 and 7).
 struct BlendParams {
-  double radius = 5;       // of a fit's weight; methods fit and groups: ends at .84
+  double radius = 5;       // of a fit's weight, which ends at .84 of it
   double reach = 3;        // method paper: a billboard reaches this far beyond its group's radius
   double d_max = 6;        // intersections farther than this from the reference depth do not count
   double same_low = 0.7;   // normals whose dot product is below this are another sheet
@@ -90,12 +90,6 @@ struct PaperParams {
   double offset = 0;      // the surface lies this far outside the particle centres
   double b_least = 0.15;  // b of Eq. 7 over the group's radius where normals are at right angles
   double b_gain = 0.45;   // what it gains up to equal normals
-};
-
-/// One fit per visible particle (docs/method.md).
-struct StableParams {
-  double closing = 0.7;  // radius of the disc that closes the region
-  double capsule = 2.2;  // how far from contour edges, on the screen, there may still be surface
 };
 
 /// Screen Space Meshes; also the mesh of every method (paper 2.5).
@@ -184,15 +178,15 @@ struct Parameters {
   bool mesh = true;            // make the mesh
   bool motion = true;          // make velocities where the particles carry them
   int layers = 0;              // where `image`: bodies of fluid along a pixel's ray that are kept,
-                               // 1 to kMostLayers; 0: the front alone. Methods fit and groups
+                               // 1 to kMostLayers; 0: the front alone. Methods fit, groups, stable
   double thin = 4;             // pixels between particles; large frames whose particles lie closer
                                // than half of it are thinned to it. 0: never
   double fairing = 1.2;        // how far normals are smoothed along a sheet, the sigma of a
-                               // Gaussian, particle radii; 0: not at all. Methods fit and groups
+                         // Gaussian, particle radii; 0: not at all. Methods fit, groups, stable
   double disorder = -1;  // how irregularly the particles lie, from 0, as SPH leaves them, over 1,
                          // one anywhere in each cube of a lattice, to 2, anywhere, as FLIP and MPM
                          // leave them: above 0 particles are relaxed, and supports of fits are
-                         // wider. -1: measured. Methods fit and groups
+                         // wider. -1: measured. Methods fit, groups, stable
   VisibleParams visible;
   SplashParams splash;
   TriangleParams triangle;
@@ -201,7 +195,6 @@ struct Parameters {
   RegionParams region;
   BlendParams blend;
   PaperParams paper;
-  StableParams stable;
   MeshParams grid;
   SsmParams ssm;
   SphereParams spheres;
@@ -234,7 +227,7 @@ const std::vector<MethodEntry>& method_list();
 /// The method's name in method_list().
 std::string to_string(Method method);
 
-/// Whether the method finds the bodies of fluid behind the front: fit and groups do.
+/// Whether the method finds the bodies of fluid behind the front: fit, groups and stable do.
 bool has_layers(Method method);
 
 /// Whether the method draws every particle as a sphere, whose radius may be the particle's own.

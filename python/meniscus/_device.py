@@ -168,7 +168,7 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
         Those wanted beside depth, e.g. "N,id": N, P, id, kind, residual, V. None: all.
     layers
         1 to 8: also where each pixel's ray enters and leaves the bodies of fluid along it, up to so
-        many: Surface.entry, exit, thickness, back_normal and layers. Methods fit and groups.
+        many: Surface.entry, exit, thickness, back_normal and layers. Methods fit, groups and stable.
     whitewater
         Particles of "foam", "spray" and "bubble" that are drawn with the water: Surface.whitewater.
         Each is what `points` takes, or {"points": ..., "velocities": ..., "radii": ...}. Wants

@@ -143,7 +143,7 @@ def test_layers_are_where_rays_leave(points, camera, tmp_path):
     with pytest.raises(meniscus.InvalidArgument, match="no layers"):
         front.write(tmp_path / "b.deep.exr")
     with pytest.raises(meniscus.InvalidArgument, match="one layer"):
-        extract(points, camera, layers=1, method="stable")
+        extract(points, camera, layers=1, method="ssm")
     with pytest.raises(meniscus.InvalidArgument, match="layers is 9"):
         extract(points, camera, layers=9)
 

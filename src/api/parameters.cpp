@@ -40,10 +40,11 @@ void check_layers(const Parameters& parameters) {
         .found = static_cast<double>(layers),
         .wanted = layers < 0 ? 0.0 : kMostLayers});
   if (layers > 0 && !has_layers(parameters.method))
-    throw InvalidArgument("method " + to_string(parameters.method) +
-                          " has one layer, the front: layers are found by methods fit and groups "
-                          "(leave " +
-                          setting("layers") + " out, or choose one of these)");
+    throw InvalidArgument(
+        "method " + to_string(parameters.method) +
+        " has one layer, the front: layers are found by methods fit, groups and stable "
+        "(leave " +
+        setting("layers") + " out, or choose one of these)");
 }
 
 }  // namespace
@@ -58,7 +59,10 @@ const std::vector<MethodEntry>& method_list() {
        .name = "groups",
        .what = "a fit around each group of particles, merged by normals and places",
        .layers = true},
-      {.method = Method::stable, .name = "stable", .what = "fits of the seen particles alone"},
+      {.method = Method::stable,
+       .name = "stable",
+       .what = "a fit around every particle that is seen, and no other",
+       .layers = true},
       {.method = Method::paper, .name = "paper", .what = "the paper as printed"},
       {.method = Method::ssm, .name = "ssm", .what = "Screen Space Meshes", .spheres = true},
       {.method = Method::spheres,

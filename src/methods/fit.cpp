@@ -1,6 +1,7 @@
 // Method fit: a quadric around every particle of the surface near the visible ones, blended in
 // sheets; the density field where no fit can be trusted. Method groups: the same with a quadric
-// around each group of merged particles. run_on_fits() is section 2 of the paper, step by step.
+// around each group of merged particles; method stable: around the seen particles alone.
+// run_on_fits() is section 2 of the paper, step by step.
 #include <optional>
 #include <utility>
 
@@ -133,6 +134,24 @@ constexpr Seeding kEveryParticle{
       return Seeds{shell.rim, std::move(shell.fitted), {}};
     }};
 
+// Places that come from the rim when its roundness is known: nothing is looked for before.
+FitNeighbours look_later(const Frame&, const Fluid&, const Shell&) { return {}; }
+
+// Method stable: the seen particles, as in the paper. The hidden ones of the rim help to tell what
+// the surface is like; without them edges at outlines came out rounded (docs/method_decisions.md).
+constexpr Seeding kSeenParticles{
+    &Counts::fits,
+    kRimReach,
+    false,
+    kEveryParticle.near_reach,
+    look_later,
+    [](const Frame& frame, const Fluid& fluid, Shell& shell, const SurfaceParticles& around) {
+      Visible seen = more_visible(shell.rim, kLeastFitted);
+      FitNeighbours neighbours = find_neighbours(frame.device, fluid.particles, seen, around.index,
+                                                 fit_reach(frame.params.fit));
+      return Seeds{std::move(seen), std::move(neighbours), {}};
+    }};
+
 // Method groups: what is left when nothing merges any more. Every particle tells what the surface
 // is like, in a group or not: of groups alone, creases came out rounded (docs/method_decisions.md).
 constexpr Seeding kMergedGroups{
@@ -140,7 +159,7 @@ constexpr Seeding kMergedGroups{
     kRimReachGroups,
     true,
     [](const Parameters& params) { return std::max(kTrialReach, merge_reach(params.merge)); },
-    [](const Frame&, const Fluid&, const Shell&) { return FitNeighbours{}; },
+    look_later,
     [](const Frame& frame, const Fluid& fluid, Shell& shell, const SurfaceParticles& around) {
       const auto& [device, view, params, clock] = frame;
       clock.start("merge");
@@ -211,7 +230,7 @@ std::vector<SilhouetteEdge> cut_silhouettes(const Sampler& sampler, const Surfac
   return bisect_silhouettes(nodes, edges, z_max, sample);
 }
 
-// Both methods: only the places of the fits differ.
+// All three methods: only the places of the fits differ.
 Extraction run_on_fits(Device& device, const View& given_view, const WorldParticles& particles,
                        const Parameters& given, const Seeding& seeding,
                        std::vector<StageTime>* timings) {
@@ -286,6 +305,11 @@ Extraction run_on_fits(Device& device, const View& given_view, const WorldPartic
 Extraction run_fit(Device& device, const View& view, const WorldParticles& particles,
                    const Parameters& params, std::vector<StageTime>* timings) {
   return run_on_fits(device, view, particles, params, kEveryParticle, timings);
+}
+
+Extraction run_stable(Device& device, const View& view, const WorldParticles& particles,
+                      const Parameters& params, std::vector<StageTime>* timings) {
+  return run_on_fits(device, view, particles, params, kSeenParticles, timings);
 }
 
 Extraction run_groups(Device& device, const View& view, const WorldParticles& particles,

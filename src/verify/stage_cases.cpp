@@ -27,7 +27,6 @@ const std::vector<StageCase>& stage_cases() {
       {"settle", {13, 37}, settle_case},
       {"specks", {3, 21, 71}, specks_case},
       {"fairing", {3, 21, 71}, fairing_case},
-      {"stable", {1, 13, 60}, stable_case},
       {"paper", {3, 7, 8, 40}, paper_case},
       {"paper blend", {9, 53}, printed_case},
       {"ssm", {1, 21, 53}, ssm_case},

@@ -76,7 +76,7 @@ TEST(ExtractLayers, LeaveTheFrontAsItIs) {
   const Particles particles = make_particles(scene, 0.05, 1);
   const Camera camera = camera_of(lens_of(scene));
   Device device;
-  for (const Method method : {Method::fit, Method::groups}) {
+  for (const Method method : {Method::fit, Method::groups, Method::stable}) {
     Parameters without = with_layers(0), with = with_layers(3);
     without.method = with.method = method;
     const Surface plain = extract(device, particles, camera, without),
@@ -159,7 +159,8 @@ TEST(ExtractLayers, AreRefusedOfMethodsWithAFrontAlone) {
   for (const MethodEntry& entry : method_list()) {
     Parameters parameters = with_layers(1);
     parameters.method = entry.method;
-    const bool layered = entry.method == Method::fit || entry.method == Method::groups;
+    const bool layered = entry.method == Method::fit || entry.method == Method::groups ||
+                         entry.method == Method::stable;
     EXPECT_EQ(has_layers(entry.method), layered) << entry.name;
     if (layered) {
       EXPECT_NO_THROW(check(parameters));

@@ -112,7 +112,8 @@ TEST_P(GpuForm, GivesKernelsPartsThatDoNotOverlap) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, GpuForm,
-                         testing::Values(Method::fit, Method::groups, Method::paper, Method::ssm),
+                         testing::Values(Method::fit, Method::groups, Method::stable, Method::paper,
+                                         Method::ssm),
                          [](const auto& test) { return to_string(test.param); });
 
 }  // namespace

@@ -84,8 +84,6 @@ std::vector<Fault> faults() {
       {"TheLastTriangleWinsATie", "paper.cl", "kernel void own_samples",
        "atomic_min(owner + j * samples.x + i, k)", "owner[j * samples.x + i] = k", "own_samples",
        ""},
-      {"TheLastRowWinsATie", "stable_region.cl", "kernel void find_in_columns", "if (d < best ||",
-       "if (d <= best ||", "find_in_columns", ""},
       // Races: what was atomic is a read, a pause and a write (see with_pauses).
       {"ARaceOfCounts", "bins.cl", "inline int count_row", "atomic_inc(counts + i)",
        "RACE(counts[i], seen + 1)", "count_bins", ""},

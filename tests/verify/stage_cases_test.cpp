@@ -117,8 +117,6 @@ const Fault kFaults[] = {
     {"implicit", 600, "implicit.cl", "clamp(4.0f * (c - contour", "clamp(4.2f * (c - contour"},
     {"implicit", 600, "implicit.cl", "rest * (1.0f - share)", "1.01f * rest * (1.0f - share)"},
     {"implicit", 600, "implicit.cl", "c = share * (vv * v)", "c = 1.0001f * share * (vv * v)"},
-    {"stable", 13, "stable.cl", "root = sqrt(fmax(D, none))",
-     "root = 1.001f * sqrt(fmax(D, none))"},
     {"interpolate", 67, "interpolate.cl", "0.5f * (linear + b.depth * share)",
      "0.50001f * (linear + b.depth * share)"},
     {"interpolate", 67, "interpolate.cl", "smooth & (farthest < cells.tolerance)",

@@ -29,8 +29,8 @@ struct DeviceRecords {
 /// How intersections are blended, as kernels take it.
 records::Blending blending_of(const BlendParams& params);
 
-/// The weight (1 - D²)³ of kernel blend_groups is as wide as Wendland's function, which method
-/// stable has, on this share of its radius.
+/// The weight (1 - D²)³ of kernel blend_groups is as wide as Wendland's function on this share of
+/// its radius.
 inline constexpr double kBlendReach = 0.84;
 
 /// Fits that are seen less are not met by rays, they only end sheets.
@@ -55,9 +55,9 @@ DeviceRecords upload_records(Device& device, const BlendRecords& records);
 /// support: beyond it the quadric follows nothing.
 double reach_of(const ParticleFits& fits, std::size_t k, const FitParams& fit, double radius);
 
-/// Groups as the kernels of methods stable and paper take them.
+/// Groups as the kernels of method paper take them.
 struct GroupRecords {
-  std::vector<float> values;      // [groups][n], see stable.cl, paper.cl
+  std::vector<float> values;      // [groups][n], see paper.cl
   std::vector<double> billboard;  // [groups] radius on which the group counts, particle radii;
                                   // 0: the group has no fit
   std::vector<Vec3d> centre;      // [groups] raised to the surface, eye space

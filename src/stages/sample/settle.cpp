@@ -77,11 +77,6 @@ void draw_fronts(Device& device, const SampleGrid& grid, const SplatParticles& s
   splat_fronts_and_extent(device, grid, seen, footprint, bulge, fronts, splash, kBlobReach, extent);
 }
 
-Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
-                     const OccupiedBlocks& needed) {
-  return splat_extent(device, splash, grid, kBlobReach, needed);
-}
-
 void draw_splash(Device& device, const View& view, const SampleLists& lists,
                  const DeviceCells& levelled, const Extent& extent, const SurfaceBuffers& surface,
                  const RegionParams& params, const Buffer<float>* open) {

@@ -37,12 +37,8 @@ void settle_gaps(Device& device, const View& view, const SampleLists& lists,
                  const Extent& splash, const SurfaceBuffers& surface, const Buffer<float>& behind,
                  const RegionParams& params, double disorder);
 
-/// Where rays may meet the levelled field around splash particles: within spheres that hold it.
-/// Waits, but for atomic minima.
-Extent splash_extent(Device& device, const SplatParticles& splash, const SampleGrid& grid,
-                     const OccupiedBlocks& needed);
-
-/// The same into maps, with the fronts of those that are seen, see splat_fronts_and_extent().
+/// The fronts of the seen particles, and where rays may meet the levelled field around splash
+/// particles: within spheres that hold it (splat_fronts_and_extent()).
 void draw_fronts(Device& device, const SampleGrid& grid, const SplatParticles& seen,
                  double footprint, double bulge, const Fronts& fronts, const SplatParticles& splash,
                  const Extent& extent);

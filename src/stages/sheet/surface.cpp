@@ -26,6 +26,7 @@ Visible more_visible(const Visible& visible, double least_owned) {
     if (visible.owned[k] < least_owned) continue;
     more.index.push_back(visible.index[k]);
     more.owned.push_back(visible.owned[k]);
+    if (!visible.influence.empty()) more.influence.push_back(visible.influence[k]);
   }
   return more;
 }
@@ -101,12 +102,6 @@ std::vector<Vec3d> first_normals(const View& view, const Projected& projected, c
   std::iota(all.begin(), all.end(), 0);
   return first_normals(view, projected, seen, mesh, normals,
                        normal_sources(projected, seen, mesh, std::move(all)));
-}
-
-SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& normals) {
-  SurfaceParticles surface{seen.index, {}, normals};
-  for (const double owned : seen.owned) surface.weight.push_back(visibility(owned));
-  return surface;
 }
 
 FieldSurface find_surface(const Visible& seen, const Cells& cells, std::span<const float> gradients,

@@ -77,9 +77,6 @@ struct FieldSurface {
   std::vector<Vec3d> descent;       // [n] - grad C, 1 / particle radii
 };
 
-/// The seen particles alone, weighted by how far they are seen (method stable).
-SurfaceParticles seen_surface(const Visible& seen, const std::vector<Vec3d>& normals);
-
 /// All particles on the surface: with the density C and its gradient at the particle, in s,
 ///   u = smoothstep(.22, .42, hypot(|grad C|, 1.5 max(0, .97 - C))),
 /// for a disorder of 1 (relax.hpp) smoothstep(.3, .5), for one of 2 smoothstep(.38, .58), because

@@ -29,9 +29,6 @@ ReferenceErrors particle_fit_case(Device& device, int size);
 ReferenceErrors roundness_case(Device& device, int size);
 ReferenceErrors trust_case(Device& device, int size);
 ReferenceErrors blend_case(Device& device, int size);
-ReferenceErrors stable_case(Device& device, int size);
-/// The same on a grid.
-ReferenceErrors stable_errors(Device& device, const SampleGrid& grid);
 ReferenceErrors choose_groups_case(Device& device, int size);
 ReferenceErrors implicit_case(Device& device, int size);
 /// The same of particles of this disorder.

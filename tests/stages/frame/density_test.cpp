@@ -184,8 +184,8 @@ TEST_P(Density, ALoneParticleIsDrawnAsASphere) {
   }
   EXPECT_NEAR(low, 1, 0.01) << "the default draws a sphere of the particle's radius";
   const SurfaceBuffers surface = empty_surface(device_, pixel_grid(view));
-  const Extent extent = splash_extent(device_, upload_splats(device_, p, {0}), surface.grid,
-                                      no_blocks(device_, surface.grid));
+  const Extent extent = splat_extent(device_, upload_splats(device_, p, {0}), surface.grid, 2.5,
+                                     no_blocks(device_, surface.grid));
   draw_splash(device_, view, list_samples(device_, surface.grid, extent.from, extent.occupied),
               levelled(device_, cells_of(device_, p), params), extent, surface, params);
   const SurfaceMap map = download(device_, surface);

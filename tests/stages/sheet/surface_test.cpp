@@ -246,13 +246,14 @@ TEST(Visibility, FadesInBetweenTheTwoShares) {
     EXPECT_LT(visibility(owned), visibility(owned + 0.01));
 }
 
-TEST(SeenSurface, WeighsTheSeenByHowFarTheyAre) {
+TEST(MoreVisible, KeepsThoseThatOwnEnough) {
   const Visible seen{{2, 5, 9}, {0.01f, 0.06f, 0.5f}, {}};
-  const SurfaceParticles surface = seen_surface(seen, {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}});
-  EXPECT_EQ(surface.index, seen.index);
-  EXPECT_EQ(surface.normal[1], (Vec3d{0, 1, 0}));
-  for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(surface.weight[k], visibility(seen.owned[k]));
-  EXPECT_EQ(more_visible(seen, 0.06f).index, (std::vector<std::int32_t>{5, 9}));
+  const Visible more = more_visible(seen, 0.06f);
+  EXPECT_EQ(more.index, (std::vector<std::int32_t>{5, 9}));
+  EXPECT_EQ(more.owned, (std::vector<float>{0.06f, 0.5f}));
+  EXPECT_TRUE(more.influence.empty());
+  const Visible rim{seen.index, seen.owned, {0.3f, 0.6f, 1}};
+  EXPECT_EQ(more_visible(rim, 0.06f).influence, (std::vector<float>{0.6f, 1}));
   EXPECT_EQ(places_in(seen.index, {2, 9}), (std::vector<std::int32_t>{0, 2}));
 }
 
