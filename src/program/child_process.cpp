@@ -31,6 +31,10 @@ std::vector<std::string> launcher() {
 
 }  // namespace
 
+std::string name_of_signal(int signal) {
+  return "signal " + std::to_string(signal) + " (" + strsignal(signal) + ")";
+}
+
 ChildProcess::ChildProcess(const std::vector<std::string>& arguments, bool keep_errors) {
   std::vector<std::string> words = launcher();
   const bool launched = !words.empty();
@@ -121,8 +125,7 @@ std::string ChildProcess::wait() {
   while (waitpid(child_, &status, 0) < 0 && errno == EINTR) {
   }
   child_ = -1;
-  if (WIFSIGNALED(status))
-    return "signal " + std::to_string(WTERMSIG(status)) + " (" + strsignal(WTERMSIG(status)) + ")";
+  if (WIFSIGNALED(status)) return name_of_signal(WTERMSIG(status));
   const int code = WEXITSTATUS(status);
   return code == 0 ? "" : "exit code " + std::to_string(code);
 }

@@ -10,6 +10,9 @@
 
 namespace meniscus {
 
+/// "signal 11 (Segmentation fault)".
+std::string name_of_signal(int signal);
+
 /// A child that runs this program. It is ended with its parent, and with this. Where
 /// MENISCUS_LAUNCHER is set, its words are put in front: an emulator, or a debugger ("valgrind
 /// -q").

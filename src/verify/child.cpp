@@ -96,6 +96,9 @@ void run_items(const ChildPlan& plan, Device& device, Guard& guard) {
     reproducers.emplace(plan.request.reproducers, device.info(), others_than(plan.device));
   const std::vector<Item> items =
       items_of_plan(plan, reproducers ? &*reproducers : nullptr, device.state().vector_width);
+  std::vector<std::string> groups;
+  for (const Item& item : items) groups.push_back(item.group);
+  say({{"plan", groups}});
   for (std::size_t k = plan.from; k < items.size(); ++k) {
     const Item& item = items[k];
     say({{"item", k},

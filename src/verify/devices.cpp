@@ -3,17 +3,21 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <thread>
 #include <tuple>
 #include <utility>
 
 #include "base/elapsed.hpp"
+#include "base/grouped.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/meniscus.hpp"
 #include "program/child_process.hpp"
@@ -36,27 +40,52 @@ struct Found {
   std::string problem;  // why it cannot be used; empty: it can
 };
 
-// The next line of ours.
-ChildProcess::Read next(ChildProcess& child, Json& line, double seconds) {
+enum class Heard { line, end, late, stop };
+
+// The next line of ours, when it comes within `seconds` and before `stop` asks to stop.
+Heard next(ChildProcess& child, Json& line, double seconds, const std::function<int()>& stop) {
+  constexpr double kSlice = .1;  // seconds
+  auto heard = std::chrono::steady_clock::now();
   for (std::string text;;) {
-    const ChildProcess::Read read = child.read_line(text, seconds);
-    if (read != ChildProcess::Read::line) return read;
+    if (stop() != 0) return Heard::stop;
+    const double left = seconds - seconds_since(heard);
+    if (left <= 0) return Heard::late;
+    const ChildProcess::Read read = child.read_line(text, std::min(left, kSlice));
+    if (read == ChildProcess::Read::late) continue;
+    if (read == ChildProcess::Read::end) return Heard::end;
+    heard = std::chrono::steady_clock::now();
     if (!text.starts_with(kMark)) continue;
     line = Json::parse(text.substr(kMark.size()));
-    return read;
+    return Heard::line;
   }
 }
 
-// How a process ended that should not have, in words.
-std::string how_it_ended(ChildProcess& child, ChildProcess::Read read, double seconds) {
+// Whether a process that ended early did so because it was told what we are told, too: a terminal
+// sends Ctrl-C to both. Ours may come a moment later.
+bool told_to_stop(const std::string& how, const std::function<int()>& stop) {
+  constexpr int kSlices = 100;
+  constexpr std::chrono::milliseconds kSlice{10};
+  bool by_signal = false;
+  for (const int signal : {SIGHUP, SIGINT, SIGTERM})
+    by_signal = by_signal || how.starts_with("signal " + std::to_string(signal) + " ") ||
+                how == "exit code " + std::to_string(128 + signal);
+  for (int k = 0; by_signal && stop() == 0 && k < kSlices; ++k) std::this_thread::sleep_for(kSlice);
+  return stop() != 0;
+}
+
+// How a process ended that should not have, in words; empty where both were told to stop.
+std::string how_it_ended(ChildProcess& child, Heard heard, double seconds,
+                         const std::function<int()>& stop) {
   std::string how;
-  if (read == ChildProcess::Read::late) {
+  if (heard == Heard::stop) return how;
+  if (heard == Heard::late) {
     child.kill();
     child.wait();
     how = "the process gave no sign for " + std::to_string(static_cast<int>(seconds)) +
           " s and was ended";
   } else {
     how = child.wait();
+    if (told_to_stop(how, stop)) return "";
     how = how.empty() ? "the process ended early" : "the process was ended by " + how;
   }
   // Of its end it says only what is known here (cli/signals.cpp).
@@ -66,26 +95,50 @@ std::string how_it_ended(ChildProcess& child, ChildProcess::Read read, double se
   return how;
 }
 
-// Not even the list of devices is asked for in this process.
-std::vector<Found> find_devices(const std::string& selector, double seconds) {
+std::string stopped_by(int signal) { return "stopped by " + name_of_signal(signal); }
+
+// Not even the list of devices is asked for in this process. Told to stop, it finds none.
+std::vector<Found> find_devices(const std::string& selector, double seconds,
+                                const std::function<int()>& stop) {
   ChildProcess child({"verify", "--child-list", "--device", selector}, true);
   std::vector<Found> devices;
   Json line;
   for (;;) {
-    const ChildProcess::Read read = next(child, line, seconds);
-    if (read == ChildProcess::Read::line && line.contains("end")) return devices;
-    if (read == ChildProcess::Read::line && line.contains("error"))
+    const Heard heard = next(child, line, seconds, stop);
+    if (heard == Heard::line && line.contains("end")) return devices;
+    if (heard == Heard::line && line.contains("error"))
       throw DeviceError(line.at("error").get<std::string>());
-    if (read != ChildProcess::Read::line)
-      throw DeviceError("listing the OpenCL devices: " + how_it_ended(child, read, seconds) +
+    if (heard != Heard::line) {
+      const std::string how = how_it_ended(child, heard, seconds, stop);
+      if (how.empty()) return {};
+      throw DeviceError("listing the OpenCL devices: " + how +
                         " (an OpenCL platform that is installed crashes: name another one in "
                         "OCL_ICD_VENDORS)");
+    }
     devices.push_back(
         {line.at("index"),
          {line.at("name"), line.at("platform"), line.at("driver"), line.at("version")},
          line.at("problem")});
   }
 }
+
+// How many there are of each group, in the order in which they come: "2 of kernels, 12 of frames".
+class GroupCounts {
+ public:
+  void add(const std::string& group) {
+    if (counts_.empty() || counts_.back().first != group) counts_.emplace_back(group, 0);
+    ++counts_.back().second;
+  }
+  std::string words() const {
+    std::string text;
+    for (const auto& [group, count] : counts_)
+      text += (text.empty() ? "" : ", ") + grouped(count) + " of " + group + "s";
+    return text;
+  }
+
+ private:
+  std::vector<std::pair<std::string, std::size_t>> counts_;
+};
 
 // What a process was about when it ended.
 struct UnderWay {
@@ -118,6 +171,7 @@ class DeviceRun {
  private:
   void run() {
     int crashes = 0;
+    if (watch_.stop() != 0) return stop_before(0);
     while (!run_process())
       if (++crashes == kMostCrashes)
         return add_of_device(Result::fail,
@@ -132,9 +186,14 @@ class DeviceRun {
       const double seconds = at.doing == kBuilding
                                  ? std::max(plan_.request.seconds, kLeastBuildSeconds)
                                  : plan_.request.seconds;
-      const ChildProcess::Read read = next(child, line, seconds);
-      if (read != ChildProcess::Read::line) {
-        const std::string how = how_it_ended(child, read, seconds);
+      const Heard heard = next(child, line, seconds, watch_.stop);
+      if (heard != Heard::line) {
+        const std::string how = how_it_ended(child, heard, seconds, watch_.stop);
+        if (how.empty()) {
+          add_unnamed();
+          stop_before(at.item.name.empty() ? plan_.from : at.number);
+          return true;
+        }
         if (!at.item.name.empty()) {
           take_end(at, how);
           return false;
@@ -150,7 +209,9 @@ class DeviceRun {
         add_of_device(Result::fail, line.at("error"));
         return true;
       }
-      if (line.contains("row")) {
+      if (line.contains("plan")) {
+        groups_ = line.at("plan").get<std::vector<std::string>>();
+      } else if (line.contains("row")) {
         take_row(at, row_from_json(line.at("row").get<std::string>(), "verify's child"));
       } else if (line.contains("kernel")) {
         at.kernel = line.at("kernel");
@@ -234,6 +295,20 @@ class DeviceRun {
     results.rows.resize(rows);
   }
 
+  // Told to stop: which items from this one on were not run to their end.
+  void stop_before(std::size_t item) {
+    std::string& what = results.unfinished;
+    what = stopped_by(watch_.stop());
+    if (groups_.empty()) {
+      what += " before anything was compared";
+      return;
+    }
+    GroupCounts left;
+    for (std::size_t k = item; k < groups_.size(); ++k) left.add(groups_[k]);
+    what += " after " + std::to_string(item) + " of " + counted(groups_.size(), "part") +
+            "; not run: " + left.words();
+  }
+
   // What ended a process could not be found again.
   void add_unnamed() {
     if (unnamed_) add(*std::exchange(unnamed_, std::nullopt));
@@ -251,8 +326,9 @@ class DeviceRun {
   }
 
   const Watch& watch_;
-  ChildPlan plan_;             // of the next process
-  std::size_t first_row_ = 0;  // of the item under way
+  ChildPlan plan_;                   // of the next process
+  std::size_t first_row_ = 0;        // of the item under way
+  std::vector<std::string> groups_;  // of all items, once a process has told them
   struct Failures {
     int all = 0;
     bool any_required = false;
@@ -311,7 +387,7 @@ VerifyRun verify_devices(const Request& request, const Watch& watch) {
   std::optional<Program> program;
   if (!request.program.empty()) program = read_program(request.program, request.manifest);
   std::vector<std::vector<Bytes>> left;  // by the program, on each device
-  const std::vector<Found> found = find_devices(request.selector, request.seconds);
+  const std::vector<Found> found = find_devices(request.selector, request.seconds, watch.stop);
   for (const Found& device : found) run.devices.emplace_back().device = device.name;
   run.number_namesakes();
   for (std::size_t k = 0; k < found.size(); ++k) {
@@ -321,7 +397,13 @@ VerifyRun verify_devices(const Request& request, const Watch& watch) {
         DeviceRun(found[k], device, request, program ? fileno(output.get()) : -1, watch).results;
     if (program) left.push_back(parted(*program, all_of(output.get())));
   }
-  if (program) add_agreement(run, *program, left, watch);
+  if (!program) return run;
+  if (watch.stop() == 0)
+    add_agreement(run, *program, left, watch);
+  else
+    for (DeviceResults& device : run.devices)
+      if (device.unfinished.empty())
+        device.unfinished = stopped_by(watch.stop()) + " before the devices were compared";
   return run;
 }
 

@@ -33,11 +33,14 @@ struct Step {
 struct Watch {
   std::function<void(const Step&)> step;
   std::function<void(const Row&)> failed;  // at once; of a kernel and variant the first failure
+  std::function<int()> stop;               // the signal that asks to stop; 0: none yet
 };
 
 /// Runs all items on the devices, each in a process of its own. A process that crashes, or says
 /// nothing for too long, costs a row that names the kernel; the others of the same case go on
 /// without that kernel in another process, and after two such failures all cases do.
+/// When `stop` asks for it, the process under way is ended within a tenth of a second. The run then
+/// has what was found before, and says of each device what was not run.
 /// Throws DeviceError when there is no such device, and InputError for what is wrong with a program
 /// or its manifest.
 VerifyRun verify_devices(const Request& request, const Watch& watch);

@@ -162,6 +162,8 @@ std::string card_of(const DeviceResults& device) {
           "</small><ul>";
   for (const auto& [group, tally] : device.tallies())
     text += "<li>" + group + "s: " + tally.words() + "</li>";
+  if (!device.unfinished.empty())
+    text += "<li><strong>Unfinished:</strong> " + escaped(device.unfinished) + "</li>";
   return text + "</ul></div>\n";
 }
 

@@ -24,6 +24,7 @@ constexpr const char* kGroups[] = {"device", "program",   "probe", "limit",
 
 // What is said of devices goes with each of their rows.
 constexpr std::size_t kMostDevices = 64, kLongestName = 200;  // characters
+constexpr std::size_t kLongestUnfinished = 400;               // characters
 
 // JSON has no infinity.
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json("infinite"); }
@@ -173,12 +174,13 @@ std::vector<Failure> DeviceResults::failures() const {
 }
 
 bool DeviceResults::unusable() const {
-  return std::all_of(rows.begin(), rows.end(), [](const Row& row) {
-    return row.group == "device" && row.result == Result::skip;
-  });
+  return unfinished.empty() && std::all_of(rows.begin(), rows.end(), [](const Row& row) {
+           return row.group == "device" && row.result == Result::skip;
+         });
 }
 
 bool DeviceResults::good() const {
+  if (!unfinished.empty()) return false;
   bool any = false;
   for (const Row& row : rows) {
     if (row.required && row.result != Result::pass) return false;
@@ -188,7 +190,7 @@ bool DeviceResults::good() const {
 }
 
 const char* DeviceResults::verdict() const {
-  std::size_t passed = 0, failed = 0, untested = 0;  // of what is required
+  std::size_t passed = 0, failed = 0, untested = unfinished.empty() ? 0 : 1;  // of the required
   for (const Row& row : rows) {
     if (!row.required) continue;
     (row.result == Result::pass ? passed : row.result == Result::fail ? failed : untested) += 1;
@@ -207,6 +209,12 @@ bool VerifyRun::good() const {
     any = true;
   }
   return any;
+}
+
+bool VerifyRun::finished() const {
+  return !devices.empty() &&
+         std::all_of(devices.begin(), devices.end(),
+                     [](const DeviceResults& device) { return device.unfinished.empty(); });
 }
 
 void VerifyRun::number_namesakes() {
@@ -231,9 +239,10 @@ std::string to_json(const VerifyRun& run) {
   std::string text = "{\"meniscus\": " + Json(run.version).dump() + ",\n \"devices\": [";
   const char* separator = "\n  ";
   for (const DeviceResults& d : run.devices) {
-    const Json device{{"name", d.device.name},     {"platform", d.device.platform},
-                      {"driver", d.device.driver}, {"version", d.device.version},
-                      {"seconds", d.seconds},      {"good", d.good()}};
+    Json device{{"name", d.device.name},     {"platform", d.device.platform},
+                {"driver", d.device.driver}, {"version", d.device.version},
+                {"seconds", d.seconds},      {"good", d.good()}};
+    if (!d.unfinished.empty()) device["unfinished"] = d.unfinished;
     text += separator + device.dump(-1, ' ', false, Json::error_handler_t::replace);
     separator = ",\n  ";
   }
@@ -265,6 +274,9 @@ VerifyRun run_from_json(const std::string& text, const std::string& name) {
       results.device = {text_of("name"), text_of("platform"), text_of("driver"),
                         text_of("version")};
       results.seconds = device.at("seconds");
+      if (device.contains("unfinished"))
+        results.unfinished =
+            printable(device.at("unfinished").get<std::string>(), kLongestUnfinished);
       run.devices.push_back(results);
     }
     for (const Json& row : json.at("rows")) {
@@ -281,7 +293,12 @@ VerifyRun run_from_json(const std::string& text, const std::string& name) {
 std::string to_junit(const VerifyRun& run) {
   std::string text =
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"meniscus verify\">\n";
-  for (const DeviceResults& device : run.devices)
+  for (const DeviceResults& device : run.devices) {
+    if (!device.unfinished.empty())
+      text += "<testsuite name=\"" + escaped(title_of(device)) +
+              ".run\" tests=\"1\" errors=\"1\">\n<testcase classname=\"run\" "
+              "name=\"comes to its end\"><error message=\"" +
+              escaped(device.unfinished) + "\"/></testcase>\n</testsuite>\n";
     for (const auto& [group, tally] : device.tallies()) {
       text += "<testsuite name=\"" + escaped(title_of(device)) + "." + group + "\" tests=\"";
       text += std::to_string(tally.all()) + "\" failures=\"" + std::to_string(tally.failed);
@@ -299,6 +316,7 @@ std::string to_junit(const VerifyRun& run) {
       }
       text += "</testsuite>\n";
     }
+  }
   return text + "</testsuites>\n";
 }
 
@@ -342,6 +360,7 @@ std::string table_of(const VerifyRun& run) {
       text += "\n    " + why_failed(*row) + "\n";
     }
     text += skips_of(device);
+    if (!device.unfinished.empty()) text += "  UNFINISHED: " + device.unfinished + "\n";
     text += std::string("  ") + device.verdict() + ", " + duration(device.seconds) + "\n\n";
   }
   return text;
@@ -421,7 +440,11 @@ Comparison compared(const DeviceResults& before, const DeviceResults& after) {
 }
 
 std::string comparison_of(const DeviceResults& before, const DeviceResults& after) {
-  std::string text = "A  " + title_of(before) + "\nB  " + title_of(after) + "\n";
+  std::string text;
+  for (const auto& [letter, device] : {std::pair("A  ", &before), std::pair("B  ", &after)}) {
+    text += letter + title_of(*device) + "\n";
+    if (!device->unfinished.empty()) text += "   UNFINISHED: " + device->unfinished + "\n";
+  }
   const Comparison comparison = compared(before, after);
   text += grouped(comparison.same) + " rows are the same, " + grouped(comparison.differing()) +
           " differ";

@@ -37,6 +37,7 @@ struct DeviceResults {
   int number = -1;   // its place among the devices, where another one has its name; see title_of
   std::vector<Row> rows;
   double seconds = 0;
+  std::string unfinished;  // why, and what was not run; empty: the run came to its end
 
   /// Of the rows of each group, in the order of a report; groups without rows are left out.
   std::vector<std::pair<std::string, Tally>> tallies() const;
@@ -45,10 +46,10 @@ struct DeviceResults {
   std::vector<Failure> failures() const;
   /// Whether it could not be opened: there is nothing to judge.
   bool unusable() const;
-  /// Whether something passed, and every row that is required did.
+  /// Whether it was finished, something passed, and every row that is required did.
   bool good() const;
-  /// "PASSED", "FAILED", "INCOMPLETE" (required rows were skipped) or "not verified" (nothing that
-  /// is required was tested).
+  /// "PASSED", "FAILED", "INCOMPLETE" (required rows were skipped, or not run) or "not verified"
+  /// (nothing that is required was tested).
   const char* verdict() const;
 };
 
@@ -57,6 +58,8 @@ struct VerifyRun {
   std::string version;  // of Meniscus
   std::vector<DeviceResults> devices;
   bool good() const;
+  /// Whether it came to its end on all devices.
+  bool finished() const;
   /// Devices that have the same name, as two GPUs of one kind, get their places as numbers.
   void number_namesakes();
 };
@@ -69,11 +72,13 @@ Row row_from_json(const std::string& text, const std::string& name);
 
 /// {"meniscus", "devices": [{"name", "platform", "driver", "version", "seconds"}], "rows":
 /// [{"device", "kernel", "variant", "size", "result", "ulp", "reason", "ms", "group", "required",
-/// "section"}]}; "device" in a row is the device's name, "index" its place in "devices".
+/// "section"}]}; "device" in a row is the device's name, "index" its place in "devices". A device
+/// whose run did not come to its end has "unfinished", in words.
 std::string to_json(const VerifyRun& run);
 VerifyRun run_from_json(const std::string& text, const std::string& name);
 
-/// A test suite a device and group, a test case a row.
+/// A test suite a device and group, a test case a row; an error of its own where a run was not
+/// finished.
 std::string to_junit(const VerifyRun& run);
 
 /// What failed, in one line, for when it happens.

@@ -87,6 +87,31 @@ TEST(VerifyRun, GoesThroughJsonAndBack) {
   }
 }
 
+TEST(VerifyRun, AnUnfinishedOneIsNeverGoodAndSaysSoEverywhere) {
+  VerifyRun run = two_devices();
+  run.devices.resize(1);
+  for (Row& row : run.devices[0].rows) row.result = Result::pass;
+  ASSERT_TRUE(run.good());
+  EXPECT_TRUE(run.finished());
+  EXPECT_THAT(to_json(run), Not(HasSubstr("unfinished")));
+  const std::string why =
+      "stopped by signal 2 (Interrupt) after 3 of 9 parts; not run: 6 of frames";
+  run.devices[0].unfinished = why;
+  const VerifyRun back = run_from_json(to_json(run), "run.json");
+  EXPECT_EQ(back.devices[0].unfinished, why);
+  EXPECT_FALSE(back.finished());
+  EXPECT_FALSE(back.good());
+  EXPECT_STREQ(back.devices[0].verdict(), "INCOMPLETE");
+  EXPECT_THAT(table_of(back), HasSubstr("  UNFINISHED: " + why + "\n"));
+  EXPECT_THAT(to_junit(back), HasSubstr("<error message=\"" + why + "\"/>"));
+  EXPECT_THAT(to_html(back), HasSubstr("<strong>Unfinished:</strong> " + why));
+  EXPECT_THAT(comparison_of(two_devices().devices[0], back.devices[0]),
+              HasSubstr("   UNFINISHED: " + why + "\n"));
+  run.devices[0].rows.clear();
+  EXPECT_FALSE(run.devices[0].unusable()) << "nothing is known of it";
+  EXPECT_FALSE(run.good());
+}
+
 TEST(VerifyRun, PlacesOfDevicesAreWholeNumbers) {
   for (const std::string index : {"1e308", "-1", "0.5", "2", "\"0\""}) {
     std::string text = to_json(two_devices());

@@ -247,7 +247,7 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   Imf::setGlobalThreadCount(0);  // each writer packs its own frame
 
   Tally tally(options);
-  const GentleStop stop;
+  const GentleStop stop("stopping when the frames under way are done");
   const double cpu_before = processor_ms();
   double seconds = 0;
   const BatchOutcome outcome =

@@ -2,19 +2,22 @@
 
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <thread>
 
+#include "base/elapsed.hpp"
 #include "io/output_file.hpp"
 
 namespace meniscus::cli {
 namespace {
 
-std::atomic<bool> gentle{false};
+std::atomic<const char*> gentle{nullptr};  // what is said; null: signals end the program
 std::atomic<int> kept{0};
+constexpr double kSameSignal = .3;  // seconds
 
 std::atomic<bool> over{false};
 
@@ -101,10 +104,14 @@ void handle_signals() {
   }
   pthread_sigmask(SIG_BLOCK, &stop, nullptr);
   std::thread([stop] {
+    std::chrono::steady_clock::time_point first;  // when the one that is kept came
     for (int signal = 0; sigwait(&stop, &signal) == 0;) {
-      if (gentle && kept.exchange(signal) == 0) {
-        std::fputs("\nmeniscus: stopping when the frames under way are done (again: at once)\n",
-                   stderr);
+      const char* what_now = gentle;
+      // Who sends one to a process and to its group, as `timeout` does, means one.
+      if (what_now && kept == signal && seconds_since(first) < kSameSignal) continue;
+      if (what_now && kept.exchange(signal) == 0) {
+        first = std::chrono::steady_clock::now();
+        std::fprintf(stderr, "\nmeniscus: %s (again: at once)\n", what_now);
         continue;
       }
       remove_pending_outputs();
@@ -113,11 +120,11 @@ void handle_signals() {
   }).detach();
 }
 
-GentleStop::GentleStop() {
+GentleStop::GentleStop(const char* what_now) {
   kept = 0;
-  gentle = true;
+  gentle = what_now;
 }
-GentleStop::~GentleStop() { gentle = false; }
+GentleStop::~GentleStop() { gentle = nullptr; }
 
 const std::atomic<int>& GentleStop::signal() const { return kept; }
 

@@ -18,11 +18,13 @@ void handle_signals();
 /// look for leaks at exit.)
 int end_with(int code);
 
-/// While one of these lives, the first such signal is only kept in `signal()`, so that the frames
-/// under way can be finished; a second one ends the program.
+/// While one of these lives, the first such signal is only kept in `signal()`, so that the work
+/// under way can be finished; a second one, a third of a
+/// second later or more, ends the program. `what_now` is what the first one is
+/// answered with: a literal, without "meniscus: ".
 class GentleStop {
  public:
-  GentleStop();
+  explicit GentleStop(const char* what_now);
   ~GentleStop();
   GentleStop(const GentleStop&) = delete;
   GentleStop& operator=(const GentleStop&) = delete;

@@ -10,9 +10,11 @@
 #include "io/output_file.hpp"
 #include "meniscus/error.hpp"
 #include "program/batch/outputs.hpp"
+#include "program/child_process.hpp"
 #include "program/cli/commands.hpp"
 #include "program/cli/options.hpp"
 #include "program/cli/progress.hpp"
+#include "program/cli/signals.hpp"
 #include "program/cli/terminal.hpp"
 #include "verify/child.hpp"
 #include "verify/devices.hpp"
@@ -33,7 +35,7 @@ struct VerifyOptions {
   std::string child;  // what a process for a device is to do
 };
 
-verify::VerifyRun verify_with_progress(const VerifyOptions& options) {
+verify::VerifyRun verify_with_progress(const VerifyOptions& options, const GentleStop& stop) {
   std::optional<Progress> progress;  // of one device
   std::string device;
   verify::Watch watch;
@@ -55,6 +57,7 @@ verify::VerifyRun verify_with_progress(const VerifyOptions& options) {
     if (progress) progress->hide();
     print_line(stderr, verify::failure_of(row));
   };
+  watch.stop = [&stop] { return stop.signal().load(); };
   return verify::verify_devices(options.request, watch);
 }
 
@@ -131,12 +134,13 @@ verify::VerifyRun compare_runs(const VerifyOptions& options, bool& same) {
   return run;
 }
 
-verify::VerifyRun verify_and_print(const VerifyOptions& options) {
+// Told to stop by `stop`, it prints what was found before.
+verify::VerifyRun verify_and_print(const VerifyOptions& options, const GentleStop& stop) {
   const verify::Request& request = options.request;
   check_parts_of_names("--kernel", request.kernels, verify::known_kernels());
   const std::string& folder = request.reproducers;
   if (!folder.empty()) as_usage([&] { verify::make_folder(folder); });
-  verify::VerifyRun run = verify_with_progress(options);
+  verify::VerifyRun run = verify_with_progress(options, stop);
   if (options.json != "-") {
     print_lines(stdout, verify::table_of(run));
     if (!request.kernels.empty())
@@ -149,9 +153,11 @@ verify::VerifyRun verify_and_print(const VerifyOptions& options) {
   }
   if (!folder.empty()) {
     const std::size_t count = verify::finish_folder(folder).size();
-    print_line(stderr, count == 0 ? "no launch failed: there is no reproducer"
-                                  : counted(count, "reproducer") + " in " + folder +
-                                        ": each has a README.md");
+    const char* until = stop.signal() == 0 ? "" : " until it was stopped";
+    print_line(stderr,
+               count == 0
+                   ? std::string("no launch failed") + until + ": there is no reproducer"
+                   : counted(count, "reproducer") + " in " + folder + ": each has a README.md");
   }
   return run;
 }
@@ -168,14 +174,25 @@ void run_verify(VerifyOptions& options, int& exit_code) {
     if (!options.quiet) print_line(stderr, canonical.origin.words());
     return;
   }
+  std::optional<GentleStop> stop;
   bool same = true;
-  const verify::VerifyRun run =
-      options.compare.empty() ? verify_and_print(options) : compare_runs(options, same);
+  verify::VerifyRun run;
+  if (options.compare.empty()) {
+    stop.emplace("stopping; what was compared so far follows");
+    run = verify_and_print(options, *stop);
+  } else {
+    run = compare_runs(options, same);
+  }
   exit_code = same && run.good() ? 0 : 1;
   if (options.json == "-") std::fputs(verify::to_json(run).c_str(), stdout);
   write(files.json, verify::to_json(run));
   write(files.junit, verify::to_junit(run));
   write(files.html, verify::to_html(run));
+  const int signal = stop ? stop->signal().load() : 0;
+  if (signal == 0 || run.finished()) return;
+  print_line(stderr, "meniscus: error: verify was stopped by " + name_of_signal(signal) +
+                         ": what it shows and writes is unfinished");
+  exit_code = 128 + signal;
 }
 
 void add_size_option(CLI::App& command, VerifyOptions& o) {

@@ -2,11 +2,14 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <thread>
 
 #include "program/cli/program.hpp"
 
@@ -187,6 +190,38 @@ TEST_F(ProgramVerify, NamesAKernelThatHangs) {
   }
   EXPECT_THAT(results, testing::ElementsAre("fail", "fail", "skip", "skip"))
       << "one for each variant, and a wait for two of them";
+}
+
+// Stopped while a kernel hangs, so that the moment is known: its first failure is a line, which
+// says that all before it is compared and that the next process is under way.
+TEST_F(ProgramVerify, StoppedBySignalsItKeepsWhatItFound) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const int process =
+        start({"verify", "--device", "cpu", "--size", "small", "--kernel", "bound_bins,select_near",
+               "--timeout", "4", "--json", "v.json", "--junit", "v.xml", "--html", "v.html"},
+              faulty("select_near", kEndlessLoop, path("cache")));
+    while (read("stderr.log").find("FAILED kernel select_near") == std::string::npos &&
+           kill(process, 0) == 0)
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    kill(process, signal);
+    kill(process, signal);  // as `timeout` does
+    const Outcome outcome = wait_for(process);
+    const std::string name = signal == SIGINT ? "signal 2 (Interrupt)" : "signal 15 (Terminated)";
+    expect_error(outcome, 128 + signal, {"verify was stopped by " + name, "unfinished"});
+    EXPECT_THAT(outcome.out, AllOf(HasSubstr("UNFINISHED: stopped by " + name + " after "),
+                                   HasSubstr("; not run: "), HasSubstr("  FAILED, ")));
+    const auto json = nlohmann::json::parse(read("v.json"));
+    EXPECT_THAT(json["devices"][0]["unfinished"].get<std::string>(), HasSubstr(name));
+    std::map<std::string, int> passed;
+    for (const auto& row : json["rows"])
+      if (row["result"] == "pass") ++passed[row["kernel"]];
+    EXPECT_GT(passed["bound_bins"], 0) << json.dump(1);
+    EXPECT_THAT(read("v.xml"), HasSubstr("<error message=\"stopped by " + name));
+    EXPECT_THAT(read("v.html"), HasSubstr("<strong>Unfinished:</strong> stopped by " + name));
+    const Outcome compared = run({"verify", "--compare", "v.json", "v.json"});
+    EXPECT_EQ(compared.exit_code, 1);
+    EXPECT_THAT(compared.out, HasSubstr("UNFINISHED: stopped by " + name));
+  }
 }
 
 // A kernel that crashes in the vector width that is not used is still tried in the one that is.
