@@ -1,5 +1,4 @@
 #include <cmath>
-#include <filesystem>
 
 #include "base/comma_separated.hpp"
 #include "io/input_file.hpp"
@@ -101,10 +100,17 @@ const Format& format_of(const std::string& path) {
     if (name.ends_with(unread.ending))
       throw InputError(path + ": " + unread.what + " is not read" + wanted + " (" + unread.instead +
                        ")");
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored))
-    throw InputError(path + ": is a directory, wanted a file");
   throw InputError(path + ": unknown format" + wanted);
+}
+
+// The same of a file on disk: that there is none, or no file, matters more than how its name ends.
+const Format& format_of_file(const std::string& path) {
+  try {
+    return format_of(path);
+  } catch (const InputError&) {
+    if (path != "-") open_input(path);
+    throw;
+  }
 }
 
 void check_values(const std::string& file, const char* item, const Particles& particles) {
@@ -133,7 +139,7 @@ std::string particle_ending(const std::string& path) {
   return "";
 }
 
-LayoutReader layout_reader_of(const std::string& path) { return format_of(path).layout; }
+LayoutReader layout_reader_of(const std::string& path) { return format_of_file(path).layout; }
 
 Particles checked_particles(const Bytes& file, const Layout& layout) {
   Particles particles = read_layout(file, layout);
@@ -164,7 +170,7 @@ Particles read_particles(const std::string& path, const ReadOptions& options) {
   require(options.particle_radius >= 0, "read_particles: particle_radius is " +
                                             shown(options.particle_radius) +
                                             ", must be > 0, or 0 for what the file states");
-  const Format& format = format_of(path);  // before a file of an unknown format is read
+  const Format& format = format_of_file(path);  // before a file of an unknown format is read
   if (!format.layout) return particles_of(read_file(path), options);
   const auto bytes = bytes_of_file(path);
   if (bytes->size() == 0) throw InputError(path + ": is empty (0 bytes)");

@@ -39,8 +39,8 @@ TEST_F(Read, SaysWhatToDoWithFormatsThatItDoesNotRead) {
   const auto expect = [&](const char* endings, const std::string& what, const std::string& advice) {
     std::istringstream each(endings);
     for (std::string ending; each >> ending;)
-      EXPECT_THAT(error_of_path("no/such/wave" + ending),
-                  AllOf(StartsWith("no/such/wave" + ending + ": " + what +
+      EXPECT_THAT(error_of("wave" + ending, "x"),
+                  AllOf(StartsWith("wave" + ending + ": " + what +
                                    " is not read, the name must end in one of .ply, .vtk,"),
                         HasSubstr(", .csv"), EndsWith(" (" + advice + ")")));
   };
@@ -66,6 +66,12 @@ TEST_F(Read, SaysWhatToDoWithFormatsThatItDoesNotRead) {
 TEST_F(Read, SaysWhyAFileCannotBeRead) {
   EXPECT_EQ(error_of_path("no/such/wave.ply"),
             "no/such/wave.ply: cannot be opened: No such file or directory");
+  // That there is none comes first, whatever its name says.
+  for (const std::string name : {"no/such/wave", "no/such/wave.mov", "no/such/wave.geo"}) {
+    const std::string expected = name + ": cannot be opened: No such file or directory";
+    EXPECT_EQ(error_of_path(name), expected);
+    EXPECT_EQ(text_of_thrown<InputError>([&] { open_particles(name); }), expected);
+  }
   EXPECT_EQ(error_of("empty.ply", ""), "empty.ply: is empty (0 bytes)");
   const std::filesystem::path folder =
       std::filesystem::path(write("file.txt", "")).parent_path() / "folder.ply";

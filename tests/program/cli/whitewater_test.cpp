@@ -141,6 +141,7 @@ TEST_F(ProgramWhitewater, SaysWhatIsWrong) {
   expect_error(outcome({"foam="}), 2, {"foam=", "must be foam=FILE"});
   expect_error(outcome({"foam=white.ply", "foam=water.ply"}), 2, {"foam is given twice"});
   expect_error(outcome({"foam=none.ply"}), 1, {"none.ply"});
+  expect_error(outcome({"foam=none.mov"}), 1, {"none.mov: cannot be opened: No such file"});
   expect_error(outcome({"foam=white.ply@kind=1"}), 1, {"white.ply", "kind"});
   expect_error(outcome({"foam=white.ply@id=x"}), 2, {"whitewater white.ply@id=x: wanted a number"});
   expect_error(outcome({"foam=f.####.ply"}), 2, {"foam=f.####.ply is a sequence", "one frame"});
