@@ -19,7 +19,7 @@ namespace meniscus MENISCUS_API {
 Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& target,
                const std::array<double, 3>& up, double fov_degrees, int width, int height);
 
-/// How a camera that frames particles looks at them.
+/// How a camera that frames particles looks at them, e.g. {.width = 640, .height = 480}.
 struct Framing {
   std::array<double, 3> up{0, 1, 0};  // of the world
   double fov = 40;                    // vertical field of view, degrees, in (0, 180)
@@ -32,13 +32,10 @@ struct Framing {
 /// from the middle than 20 times what 98 % of them (or of a sample) reach. An empty set gets a
 /// camera at a distance of 1 that looks at the origin. Throws InvalidArgument for a size below 1, a
 /// field of view or an `up` that is not valid, or particles that check() refuses.
-Camera frame_particles(const Particles& particles, int width = 1024, int height = 768);
-Camera frame_particles(const Particles& particles, const Framing& framing);
-Camera frame_particles(const BorrowedParticles& particles, int width = 1024, int height = 768);
-Camera frame_particles(const BorrowedParticles& particles, const Framing& framing);
+Camera frame_particles(const Particles& particles, const Framing& framing = {});
+Camera frame_particles(const BorrowedParticles& particles, const Framing& framing = {});
 /// The same. Throws also InputError when the source cannot be read.
-Camera frame_particles(const ParticleSource& source, int width = 1024, int height = 768);
-Camera frame_particles(const ParticleSource& source, const Framing& framing);
+Camera frame_particles(const ParticleSource& source, const Framing& framing = {});
 
 /// Throws InvalidArgument unless the camera has a size of 1..16384 pixels a side, finite matrices,
 /// a rigid view, and an invertible projection that is perspective or orthographic. The message

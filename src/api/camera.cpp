@@ -293,25 +293,13 @@ Camera frame_particles(const BorrowedParticles& particles, const Framing& framin
   return frame_extents({extent_of(particles)}, framing);
 }
 
-Camera frame_particles(const BorrowedParticles& particles, int width, int height) {
-  return frame_particles(particles, {.width = width, .height = height});
-}
-
 Camera frame_particles(const Particles& particles, const Framing& framing) {
   check(particles);
   return frame_particles(BorrowedParticles(particles), framing);
 }
 
-Camera frame_particles(const Particles& particles, int width, int height) {
-  return frame_particles(particles, {.width = width, .height = height});
-}
-
 Camera frame_particles(const ParticleSource& source, const Framing& framing) {
   return frame_sources({&source}, framing);
-}
-
-Camera frame_particles(const ParticleSource& source, int width, int height) {
-  return frame_particles(source, {.width = width, .height = height});
 }
 
 Camera frame_sources(const std::vector<const ParticleSource*>& sources, const Framing& framing) {

@@ -92,8 +92,8 @@ struct Records {
 TEST(Borrowed, GivesTheSameSurfaceAsVectors) {
   const Particles particles = cube(12);
   const Records records(particles);
-  const Camera camera = frame_particles(particles, 80, 60);
-  EXPECT_EQ(frame_particles(records.borrowed, 80, 60).view, camera.view);
+  const Camera camera = frame_particles(particles, {.width = 80, .height = 60});
+  EXPECT_EQ(frame_particles(records.borrowed, {.width = 80, .height = 60}).view, camera.view);
   Device device;
   const Surface expected = extract(device, particles, camera);
   ASSERT_FALSE(expected.mesh.triangle.empty());
@@ -109,7 +109,7 @@ TEST(Borrowed, GivesTheSameSurfaceAsVectors) {
 TEST(Borrowed, GivesTheSameSurfaceWhereItStreams) {
   const Particles particles = cube(66);  // 2^18 and more
   const Records records(particles);
-  const Camera camera = frame_particles(particles, 80, 60);
+  const Camera camera = frame_particles(particles, {.width = 80, .height = 60});
   Device device;
   const Surface expected = extract(device, particles, camera);
   const Surface surface = extract(device, records.borrowed, camera);
@@ -119,7 +119,7 @@ TEST(Borrowed, GivesTheSameSurfaceWhereItStreams) {
 
 TEST(Borrowed, RefusesColumnsThatDoNotFit) {
   Particles particles = cube(3);
-  const Camera camera = frame_particles(particles, 8, 6);
+  const Camera camera = frame_particles(particles, {.width = 8, .height = 6});
   BorrowedParticles borrowed(particles);
   borrowed.y = Column(particles.y.data(), 26);
   Device device;
@@ -134,7 +134,7 @@ TEST(Borrowed, RefusesColumnsThatDoNotFit) {
 
 TEST(OnStage, IsCalledAtEachStageAndMayEndIt) {
   const Particles particles = cube(8);
-  const Camera camera = frame_particles(particles, 64, 48);
+  const Camera camera = frame_particles(particles, {.width = 64, .height = 48});
   Device device;
   std::vector<StageTime> timings;
   std::vector<std::string> begun, timed;

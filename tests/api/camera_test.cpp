@@ -117,7 +117,7 @@ TEST(FrameParticles, ShowsEveryParticle) {
   particles.y.push_back(0);
   particles.z.push_back(0);
   for (const auto& [width, height] : {std::pair{64, 48}, {30, 100}, {200, 20}}) {
-    const Camera camera = frame_particles(particles, width, height);
+    const Camera camera = frame_particles(particles, {.width = width, .height = height});
     check(camera);
     const View view = make_view(camera, 0.1, {0, 0, 0});
     for (std::size_t i = 0; i + 1 < particles.size(); ++i) {
@@ -192,7 +192,8 @@ TEST(FrameParticles, FillsTheImageAndIsInItsMiddle) {
   Particles particles = block_of(100, 60, 150);
   particles.particle_radius = 0.5;
   for (const auto& [width, height] : {std::pair{640, 480}, {480, 640}, {1920, 400}}) {
-    const Reach reach = reach_of(particles, 0.5, frame_particles(particles, width, height));
+    const Reach reach =
+        reach_of(particles, 0.5, frame_particles(particles, {.width = width, .height = height}));
     const double wide = std::max(-reach.left, reach.right),
                  high = std::max(-reach.top, reach.bottom);
     EXPECT_NEAR(std::max(wide, high), 0.92, 0.01) << width;
@@ -206,7 +207,8 @@ TEST(FrameParticles, FillsTheImageAndIsInItsMiddle) {
 TEST(FrameParticles, GuessesARadiusThatIsNotKnown) {
   for (const Particles& particles :
        {block_of(10, 10, 10), block_of(3, 3, 3), block_of(30, 1, 30), block_of(100, 1, 1)}) {
-    const Reach reach = reach_of(particles, 0.5, frame_particles(particles, 640, 480));
+    const Reach reach =
+        reach_of(particles, 0.5, frame_particles(particles, {.width = 640, .height = 480}));
     EXPECT_GT(std::min(reach.left, reach.top), -0.921) << particles.size();
     EXPECT_LT(std::max(reach.right, reach.bottom), 0.921) << particles.size();
   }
@@ -237,28 +239,28 @@ Particles cube_and(float x) {
 }
 
 TEST(FrameParticles, LeavesOutWhatWasThrownAway) {
-  const Camera cube = frame_particles(cube_and(4), 64, 48);
+  const Camera cube = frame_particles(cube_and(4), {.width = 64, .height = 48});
   for (const float x : {100.0f, 1e5f, -1e30f})  // farther than 4.5 + 20 * 4.5
-    EXPECT_EQ(frame_particles(cube_and(x), 64, 48).view, cube.view) << x;
-  EXPECT_NE(frame_particles(cube_and(90), 64, 48).view, cube.view);
-  EXPECT_EQ(frame_particles(Surveyed(cube_and(1e5f)), 64, 48).view, cube.view);
+    EXPECT_EQ(frame_particles(cube_and(x), {.width = 64, .height = 48}).view, cube.view) << x;
+  EXPECT_NE(frame_particles(cube_and(90), {.width = 64, .height = 48}).view, cube.view);
+  EXPECT_EQ(frame_particles(Surveyed(cube_and(1e5f)), {.width = 64, .height = 48}).view, cube.view);
 }
 
 TEST(FrameParticles, WorksWithoutParticlesAndWithOne) {
   Particles particles;
-  check(frame_particles(particles, 10, 10));
+  check(frame_particles(particles, {.width = 10, .height = 10}));
   particles.x = particles.y = particles.z = {1e6f};
-  check(frame_particles(particles, 10, 10));
+  check(frame_particles(particles, {.width = 10, .height = 10}));
   particles.x = particles.y = particles.z = {0.0f};
-  check(frame_particles(particles, 10, 10));
+  check(frame_particles(particles, {.width = 10, .height = 10}));
 }
 
 TEST(FrameParticles, NeedsASizeAndWholeParticles) {
   Particles particles;
-  EXPECT_THROW(frame_particles(particles, 0, 10), InvalidArgument);
+  EXPECT_THROW(frame_particles(particles, {.width = 0, .height = 10}), InvalidArgument);
   particles.x = particles.y = {0.0f, 1.0f};
   particles.z = {0.0f};
-  EXPECT_THROW(frame_particles(particles, 10, 10), InvalidArgument);
+  EXPECT_THROW(frame_particles(particles, {.width = 10, .height = 10}), InvalidArgument);
 }
 
 // As a matrix for row vectors has it.

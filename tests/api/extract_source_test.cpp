@@ -466,8 +466,8 @@ TEST_F(ExtractSource, AnEmptyViewIsEmpty) {
 }
 
 TEST(FrameSource, FramesWhatItsParticlesWould) {
-  const Camera a = frame_particles(frame(), 320, 240);
-  const Camera b = frame_particles(OwnSource(frame()), 320, 240);
+  const Camera a = frame_particles(frame(), {.width = 320, .height = 240});
+  const Camera b = frame_particles(OwnSource(frame()), {.width = 320, .height = 240});
   EXPECT_EQ(a.view, b.view);
   EXPECT_EQ(a.projection, b.projection);
 }

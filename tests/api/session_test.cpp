@@ -26,7 +26,7 @@ class ASession : public testing::Test {
  protected:
   Session session_;
   const Particles particles_ = cube(12);
-  const Camera camera_ = frame_particles(particles_, 96, 72);
+  const Camera camera_ = frame_particles(particles_, {.width = 96, .height = 72});
 };
 
 TEST_F(ASession, GivesWhatExtractGivesAndTellsOfEachStage) {

@@ -39,7 +39,7 @@ TEST_P(Minima, GiveTheBytesOfBinsInWholeFramesOfEveryMethod) {
 TEST_P(Minima, GiveTheBytesOfBinsInALargeFrame) {
   const Particles particles =
       read_particles(std::string(MENISCUS_EXAMPLE_DATA) + "/dam/frame_015.ply");
-  const Camera camera = frame_particles(particles, 512, 384);
+  const Camera camera = frame_particles(particles, {.width = 512, .height = 384});
   for (const Method method : {Method::fit, Method::paper, Method::spheres}) {
     Parameters parameters;
     parameters.method = method;
