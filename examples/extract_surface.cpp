@@ -5,7 +5,8 @@
 
 int main(int argc, char** argv) try {
   const meniscus::Particles particles = meniscus::read_particles(argc > 1 ? argv[1] : "frame.ply");
-  const meniscus::Camera camera = meniscus::frame_particles(particles, {.width = 640, .height = 480});
+  const meniscus::Camera camera =
+      meniscus::frame_particles(particles, {.width = 640, .height = 480});
   meniscus::Device device;  // the fastest kind of OpenCL device found
   const meniscus::Surface surface = meniscus::extract(device, particles, camera);
   meniscus::write_png("surface.png", surface);

@@ -101,8 +101,8 @@ void add_whitewater(Session& session, Made& made,
 }
 
 std::unique_ptr<Made> close_frame(Session& session, const Frame& frame, double cell,
-                                  double adaptive, std::size_t memory,
-                                  const Parameters& parameters, const nb::object& progress) {
+                                  double adaptive, std::size_t memory, const Parameters& parameters,
+                                  const nb::object& progress) {
   auto made = std::make_unique<Made>();
   made->parameters = parameters;
   const nb::gil_scoped_release released;
@@ -140,7 +140,9 @@ void translate(const std::exception_ptr& thrown, void*) {
   }
 }
 
-nb::dict info_of(const DeviceInfo& info) {
+using Named = nb::typed<nb::dict, nb::str, nb::any>;
+
+Named info_of(const DeviceInfo& info) {
   nb::dict all;
   all["index"] = info.index;
   all["name"] = info.name;
@@ -153,13 +155,13 @@ nb::dict info_of(const DeviceInfo& info) {
   all["global_memory"] = info.global_memory;
   all["usable"] = info.usable;
   all["problem"] = info.problem;
-  return all;
+  return Named(all);
 }
 
 // What a Particles of Python shows of a frame in memory of its own: it lives as long as `owner`.
-nb::object shared(nb::handle owner, std::vector<float>& values) {
-  if (values.empty()) return nb::none();
-  return nb::ndarray<nb::numpy, float, nb::ndim<1>>(values.data(), {values.size()}, owner).cast();
+std::optional<Array<float>> shared(nb::handle owner, std::vector<float>& values) {
+  if (values.empty()) return {};
+  return Array<float>(values.data(), {values.size()}, owner);
 }
 
 void bind_parameters(nb::module_& module) {
@@ -190,12 +192,12 @@ void bind_parameters(nb::module_& module) {
       entry["most"] = one.most;
       all.append(entry);
     }
-    return all;
+    return nb::typed<nb::list, Named>(all);
   });
   module.def("methods", [] {
     nb::dict all;
     for (const MethodEntry& entry : method_list()) all[entry.name.c_str()] = entry.what;
-    return all;
+    return nb::typed<nb::dict, nb::str, nb::str>(all);
   });
 }
 
@@ -228,9 +230,10 @@ void bind_particles(nb::module_& module) {
       .def_prop_ro("has_radius", [](const Frame& f) { return f.source->has_radius(); })
       .def_prop_ro("time", [](const Frame& f) { return f.own ? f.own->time : 0; });
   const auto column_of = [&](const char* name, std::vector<float> Particles::*values) {
-    frame.def_prop_ro(name, [values](nb::handle self) -> nb::object {
+    frame.def_prop_ro(name, [values](nb::handle self) -> std::optional<Array<float>> {
       Frame& f = nb::cast<Frame&>(self);
-      return f.own ? shared(self, (*f.own).*values) : nb::none();
+      if (!f.own) return {};
+      return shared(self, (*f.own).*values);
     });
   };
   column_of("x", &Particles::x);
@@ -241,17 +244,15 @@ void bind_particles(nb::module_& module) {
   column_of("vz", &Particles::vz);
   column_of("density", &Particles::density);
   column_of("radius", &Particles::radius);
-  frame.def_prop_ro("id", [](nb::handle self) -> nb::object {
+  frame.def_prop_ro("id", [](nb::handle self) -> std::optional<Array<std::int64_t>> {
     Frame& f = nb::cast<Frame&>(self);
-    if (!f.own || f.own->id.empty()) return nb::none();
-    return nb::ndarray<nb::numpy, std::int64_t, nb::ndim<1>>(f.own->id.data(), {f.own->id.size()},
-                                                             self)
-        .cast();
+    if (!f.own || f.own->id.empty()) return {};
+    return Array<std::int64_t>(f.own->id.data(), {f.own->id.size()}, self);
   });
   frame.def_prop_ro("attribute_names", [](const Frame& f) { return f.source->attributes(); });
   frame.def_prop_ro("attributes", [](nb::handle self) {
     Frame& f = nb::cast<Frame&>(self);
-    return f.own ? dict_of(self, f.own->attributes, {f.own->size()}) : nb::dict();
+    return f.own ? dict_of(self, f.own->attributes, {f.own->size()}) : Arrays(nb::dict());
   });
   module.def(
       "borrow",
@@ -295,7 +296,7 @@ void bind_devices(nb::module_& module) {
   module.def("devices", [] {
     nb::list all;
     for (const DeviceInfo& info : list_devices()) all.append(info_of(info));
-    return all;
+    return nb::typed<nb::list, Named>(all);
   });
   module.def("extract", &extract_frame, "device"_a, "frame"_a, "camera"_a, "parameters"_a,
              "memory"_a, "timed"_a, "progress"_a.none());

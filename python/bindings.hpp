@@ -18,16 +18,20 @@ struct Made {
   std::vector<StageTime> timings;  // empty unless asked for
 };
 
+/// An array of numpy's. Its type is in the stub of the module, for type checkers.
+template <class Number>
+using Array = nanobind::ndarray<nanobind::numpy, Number>;
+
 /// A dictionary of the attributes by name, each as an array of this shape that shares its memory
 /// and keeps `owner` alive.
-inline nanobind::dict dict_of(nanobind::handle owner, std::vector<Attribute>& attributes,
-                              const std::vector<std::size_t>& shape) {
+using Arrays = nanobind::typed<nanobind::dict, nanobind::str, Array<float>>;
+inline Arrays dict_of(nanobind::handle owner, std::vector<Attribute>& attributes,
+                      const std::vector<std::size_t>& shape) {
   nanobind::dict all;
   for (Attribute& attribute : attributes)
-    all[attribute.name.c_str()] = nanobind::ndarray<nanobind::numpy, float>(
-                                      attribute.values.data(), shape.size(), shape.data(), owner)
-                                      .cast();
-  return all;
+    all[attribute.name.c_str()] =
+        Array<float>(attribute.values.data(), shape.size(), shape.data(), owner).cast();
+  return Arrays(all);
 }
 
 /// meniscus.Notice.

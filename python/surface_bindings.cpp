@@ -1,4 +1,5 @@
 // Surfaces: their maps and mesh as arrays that share their memory, and files of them.
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
@@ -9,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "bindings.hpp"
 #include "meniscus/whitewater.hpp"
@@ -21,22 +23,20 @@ namespace {
 // [height, width] or [height, width, components], as it lies in `values`; None where it is empty.
 // The array keeps `owner` alive.
 template <class Number, class T>
-nb::object map_of(nb::handle owner, std::vector<T>& values) {
+std::optional<Array<Number>> map_of(nb::handle owner, std::vector<T>& values) {
   constexpr std::size_t components = sizeof(T) / sizeof(Number);
-  if (values.empty()) return nb::none();
+  if (values.empty()) return {};
   const Camera& camera = nb::cast<Made&>(owner).surface.camera;
   const std::size_t shape[] = {static_cast<std::size_t>(camera.height),
                                static_cast<std::size_t>(camera.width), components};
-  return nb::ndarray<nb::numpy, Number>(values.data(), components == 1 ? 2 : 3, shape, owner)
-      .cast();
+  return Array<Number>(values.data(), components == 1 ? 2 : 3, shape, owner);
 }
 
-// [n, 3]. Without values too, where `known`.
+// [n, 3], without values, too.
 template <class Number, class T>
-nb::object rows_of(nb::handle owner, std::vector<T>& values, bool known = true) {
-  if (!known) return nb::none();
+Array<Number> rows_of(nb::handle owner, std::vector<T>& values) {
   const std::size_t shape[] = {values.size(), sizeof(T) / sizeof(Number)};
-  return nb::ndarray<nb::numpy, Number>(values.data(), 2, shape, owner).cast();
+  return Array<Number>(values.data(), 2, shape, owner);
 }
 
 // The same of the layers.
@@ -49,13 +49,13 @@ void bind_layer_map(nb::class_<Made>& surface, const char* name, std::vector<T> 
 
 // [most, height, width] of the layers; None without them.
 void bind_depths(nb::class_<Made>& surface, const char* name, std::vector<float> Layers::*depths) {
-  surface.def_prop_ro(name, [depths](nb::handle self) -> nb::object {
+  surface.def_prop_ro(name, [depths](nb::handle self) -> std::optional<Array<float>> {
     Surface& made = nb::cast<Made&>(self).surface;
-    if (made.layers.most == 0) return nb::none();
+    if (made.layers.most == 0) return {};
     const std::size_t shape[] = {static_cast<std::size_t>(made.layers.most),
                                  static_cast<std::size_t>(made.camera.height),
                                  static_cast<std::size_t>(made.camera.width)};
-    return nb::ndarray<nb::numpy, float>((made.layers.*depths).data(), 3, shape, self).cast();
+    return Array<float>((made.layers.*depths).data(), 3, shape, self);
   });
 }
 
@@ -128,9 +128,10 @@ void bind_surface(nb::module_& module) {
                      return rows_of<float>(self, nb::cast<Made&>(self).surface.mesh.normal);
                    })
       .def_prop_ro("mesh_velocities",
-                   [](nb::handle self) {
+                   [](nb::handle self) -> std::optional<Array<float>> {
                      Mesh& mesh = nb::cast<Made&>(self).surface.mesh;
-                     return rows_of<float>(self, mesh.velocity, !mesh.velocity.empty());
+                     if (mesh.velocity.empty()) return {};
+                     return rows_of<float>(self, mesh.velocity);
                    })
       .def_prop_ro("mesh_triangles",
                    [](nb::handle self) {
@@ -151,6 +152,7 @@ void bind_surface(nb::module_& module) {
                    })
       .def_prop_ro("whitewater",
                    [](nb::handle self) {
+                     using Maps = nb::typed<nb::dict, nb::str, nb::any>;
                      nb::dict types;
                      for (WhitewaterMaps& maps : nb::cast<Made&>(self).surface.whitewater) {
                        nb::dict all;
@@ -161,7 +163,7 @@ void bind_surface(nb::module_& module) {
                        all["behind"] = map_of<float>(self, maps.behind);
                        types[to_string(maps.type).c_str()] = all;
                      }
-                     return types;
+                     return nb::typed<nb::dict, nb::str, Maps>(types);
                    })
       .def_prop_ro("camera", [](const Made& made) { return made.surface.camera; })
       .def_prop_ro("particle_radius", [](const Made& made) { return made.surface.particle_radius; })
@@ -172,7 +174,7 @@ void bind_surface(nb::module_& module) {
                      nb::list all;
                      for (const Notice& notice : made.surface.notices)
                        all.append(notice_of(notice));
-                     return all;
+                     return nb::typed<nb::list, nb::any>(all);
                    })
       .def_prop_ro("parameters", [](const Made& made) { return describe(made.parameters); })
       .def_prop_ro("timings",

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the Python package around a library that is built already, installs its wheel in a fresh
-# environment, and tests it there, away from the sources.
+# environment, tests it there, away from the sources, and checks its types and those of its use.
 #   scripts/python_test.sh BUILD [pytest's arguments]
 # PYTHON: for which Python (default: python3). Tools go into build/python.
 set -euo pipefail
@@ -26,3 +26,5 @@ ls -l "$fresh"/wheel/*.whl | awk '{n = split($9, path, "/"); print path[n] ": " 
 "$fresh/venv/bin/pip" -q --disable-pip-version-check install --no-deps "$fresh"/wheel/*.whl
 realpath "$tools"/lib/python*/site-packages >"$(echo "$fresh"/venv/lib/python*/site-packages)/tools.pth"
 "$fresh/venv/bin/python" -m pytest -q -p no:cacheprovider "$@"
+"$fresh/venv/bin/python" -m mypy --strict --cache-dir="$fresh/mypy" -p meniscus
+"$fresh/venv/bin/python" -m mypy --strict --cache-dir="$fresh/mypy" python/tests/typed_use.py

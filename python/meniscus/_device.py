@@ -59,7 +59,7 @@ class Device:
 
     @property
     def name(self) -> str:
-        return self.info["name"]
+        return str(self.info["name"])
 
     def __reduce__(self) -> NoReturn:
         raise TypeError("a Device cannot be pickled or copied: open one in each process")
