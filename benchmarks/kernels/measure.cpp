@@ -69,6 +69,17 @@ int repetitions_of(double once_ms, const MeasureOptions& options) {
   return std::min(wanted, std::max(3, static_cast<int>(std::min(10 * fill, 1e6))));
 }
 
+// Of a native version. As a control alone it runs a few times: many versions are slow where they
+// are not compiled for the processor.
+MeasureOptions native_options(const MeasureOptions& options) {
+  constexpr int kControl = 5;  // runs
+  MeasureOptions few = options;
+  if (native::has_native_flags()) return few;
+  few.repetitions = std::min(options.repetitions, kControl);
+  few.seconds = options.seconds / 4;
+  return few;
+}
+
 // What a run throws goes into `failure`: releases of Google Benchmark report it in different ways.
 void add_benchmark(const char* variant, const std::function<double()>& time_ms,
                    const MeasureOptions& options, std::exception_ptr& failure) {
@@ -133,7 +144,7 @@ void measure_kernel(const KernelBench& bench, Frame& frame, Workers* workers,
   add_benchmark(kDevice, device_ms, options, failure);
   if (native)
     add_benchmark(
-        kNative, [&] { return native_ms(measured, *workers); }, options, failure);
+        kNative, [&] { return native_ms(measured, *workers); }, native_options(options), failure);
   Collector collector;
   benchmark::RunSpecifiedBenchmarks(&collector, "all");
   benchmark::ClearRegisteredBenchmarks();
@@ -193,11 +204,12 @@ Session measure(Device& device, int threads, const MeasureOptions& options,
   session.processors = static_cast<int>(std::thread::hardware_concurrency());
   session.threads = threads;
   session.native_flags = native::has_native_flags();
+  session.without_native = threads > 0 && !session.native_flags && !options.control;
   const OtherWork other_work;
   say("the roofline");
   const Roofline before = measure_roofline(device, options.probes);
   const std::unique_ptr<Workers> workers =
-      threads > 0 ? std::make_unique<Workers>(threads) : nullptr;
+      threads > 0 && !session.without_native ? std::make_unique<Workers>(threads) : nullptr;
   for (const long long particles : options.particles) {
     Frame frame(device, particles, options.width, options.height);
     frame.repetitions = options.repetitions;

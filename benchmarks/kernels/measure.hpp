@@ -17,6 +17,9 @@ struct MeasureOptions {
   int width = 1024, height = 768;  // of the image, pixels
   int repetitions = 20;            // launches, at least
   double seconds = 0.3;            // of launches, but no more of them than kMostRepetitions
+  /// Whether native versions that are not compiled for this processor run, too, a few times: no
+  /// verdict is drawn from them, but they are the control where runs are compared.
+  bool control = true;
   ProbeEffort probes;
 };
 
@@ -28,8 +31,8 @@ std::vector<std::string> chosen_names(const std::vector<std::string>& parts);
 
 /// Measures the roofline, before and after every chosen kernel at every size. Of a kernel: one
 /// launch that is not timed, then launches one by one, in random order with those of the native
-/// version, which runs with `threads` threads (0: not at all). A native version whose result
-/// differs from the device's is left out, with a note.
+/// version, which runs with `threads` threads (0: not at all). See also `control`. A native version
+/// whose result differs from the device's is left out, with a note.
 ///
 ///   say  receives a line on each kernel before it is measured
 ///

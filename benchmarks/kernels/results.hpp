@@ -56,9 +56,10 @@ struct Session {
   int processors = 0;     // of the machine
   int threads = 0;        // of the device, where it is a CPU, and of the native versions; 0: a GPU
   double other_work = 0;  // processors that other processes kept busy meanwhile, on average
-  bool native_flags = false;  // whether native versions are compiled for this very processor
-  std::string file;           // that it was read from; empty: measured now
-  Roofline roofline;          // the better of one before and one after the results
+  bool native_flags = false;    // whether native versions are compiled for this very processor
+  bool without_native = false;  // they were not run, because they are not; not in the JSON
+  std::string file;             // that it was read from; empty: measured now
+  Roofline roofline;            // the better of one before and one after the results
   std::vector<Result> results;
 
   /// Whether its threads and what else ran wanted more processors than there are.

@@ -49,13 +49,18 @@ std::vector<std::string> warnings_on(const Session& session, const Session* one_
                   "run at once, and shares of the roofline are too large",
                   session.threads, gain));
   }
+  const std::string configure =
+      "not compiled for this processor (configure with -DMENISCUS_NATIVE_BENCHMARKS=ON)";
+  if (session.without_native)
+    warnings.push_back("native versions were left out: they are " + configure +
+                       ", so that no verdict is drawn from them (--json and --compare run them, as "
+                       "the control where runs are compared)");
   const bool has_native = std::any_of(session.results.begin(), session.results.end(),
                                       [](const Result& r) { return r.variant == kNative; });
   if (has_native && !session.native_flags)
-    warnings.emplace_back(
-        "native versions are not compiled for this processor (configure with "
-        "-DMENISCUS_NATIVE_BENCHMARKS=ON) and slower than they could be: they are marked native*, "
-        "kernels are not measured by them, and no verdict is drawn from them");
+    warnings.push_back("native versions are " + configure +
+                       " and slower than they could be: they are marked native*, kernels are not "
+                       "measured by them, and no verdict is drawn from them");
   return warnings;
 }
 

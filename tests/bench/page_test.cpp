@@ -67,6 +67,19 @@ TEST(Page, SaysWhenNativeVersionsAreNoMeasure) {
   EXPECT_THAT(to_json(run), Not(HasSubstr("against_native")));
 }
 
+TEST(Page, SaysWhenNativeVersionsWereLeftOut) {
+  BenchRun run = made_up_run();
+  const char* const warning = "native versions were left out: they are not compiled for this";
+  EXPECT_THAT(results_table(run), Not(HasSubstr(warning)));
+  for (Session& session : run.sessions) {
+    session.native_flags = false;
+    session.without_native = true;
+    std::erase_if(session.results, [](const Result& r) { return r.variant == kNative; });
+  }
+  for (const std::string& text : {to_html(run, {}), results_table(run)})
+    EXPECT_THAT(text, AllOf(HasSubstr(warning), Not(HasSubstr("native*"))));
+}
+
 TEST(Plot, EveryDotHasItsNameAndNoTwoNamesOverlap) {
   Session session = made_up_session(2);
   constexpr int kKernels = 12;

@@ -60,6 +60,7 @@ void add_bench_command(CLI::App& program) {
       ->expected(1, 2)
       ->type_name("OLD.json [NEW.json]");
   add_list_option(command, o.list);
+  command.add_flag("--without-control", o.without_control)->group("");  // for its own child
   command.add_flag("-q,--quiet", o.quiet, "print no progress");
   const std::vector<CLI::Option*> own = command.get_options();
   add_bench_frame_command(command);

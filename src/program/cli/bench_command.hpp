@@ -17,6 +17,7 @@ struct BenchOptions {
   std::string json, html;            // files; json "-" is standard output
   std::vector<std::string> compare;  // an earlier run; or two, and nothing is measured
   bool quiet = false, list = false;
+  bool without_control = false;  // native versions that are no more than a control are left out
 };
 
 /// Measures the kernels and writes what was asked for.

@@ -30,6 +30,8 @@ bench::MeasureOptions measure_options(const BenchOptions& options) {
   measure.width = options.size[0];
   measure.height = options.size[1];
   measure.repetitions = options.repetitions;
+  // Of a run that is kept, or compared with one.
+  measure.control = !options.without_control && (!options.json.empty() || !options.compare.empty());
   return measure;
 }
 
@@ -55,6 +57,7 @@ bench::Session measure_with_one_thread(const BenchOptions& options, const Device
     words.push_back("--kernel");
     words.push_back(kernel);
   }
+  if (!measure_options(options).control) words.push_back("--without-control");
   if (options.quiet) words.push_back("--quiet");
   ChildProcess child(words, false);
   const std::string json = child.read_all();

@@ -60,6 +60,29 @@ TEST_F(ProgramBenchKernels, WritesTableJsonAndPage) {
   EXPECT_THAT(files(), testing::ElementsAre("new.html", "new.json"));
 }
 
+// What serves as a control alone takes no time of a run that nothing is compared with.
+TEST_F(ProgramBenchKernels, NativeVersionsThatAreAControlAloneRunWhereOneIsWanted) {
+  run_well(tiny({"-q", "--json", "kept.json"}));
+  const auto json = nlohmann::json::parse(read("kept.json"));
+  const auto& session = json.at("sessions").at(0);
+  if (session.at("kind") != "CPU" || session.at("native_benchmarks"))
+    GTEST_SKIP() << "native versions count here, or there are none";
+  const auto natives = [](const std::string& text) {
+    std::size_t count = 0;
+    for (std::size_t at = 0; (at = text.find(" native* ", at)) != std::string::npos; ++at) ++count;
+    return count;
+  };
+  const std::string left_out = "warning: native versions were left out";
+  const std::size_t sessions = json.at("sessions").size();
+  for (const auto& each : json.at("sessions")) EXPECT_EQ(each.at("results").size(), 2u);
+  const Outcome plain = run_well(tiny({"-q"}));
+  EXPECT_EQ(natives(plain.out), 0u) << plain.out;
+  EXPECT_THAT(plain.out, HasSubstr(left_out));
+  const Outcome compared = run_well(tiny({"-q", "--compare", "kept.json"}));
+  EXPECT_GE(natives(compared.out), sessions) << compared.out;
+  EXPECT_THAT(compared.out, Not(HasSubstr(left_out)));
+}
+
 TEST_F(ProgramBenchKernels, JsonGoesToStandardOutputAlone) {
   const Outcome outcome = run_well(tiny({"--json", "-", "-q", "--threads", "1"}));
   EXPECT_THAT(outcome.err, IsEmpty());
