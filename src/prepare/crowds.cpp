@@ -302,9 +302,11 @@ std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<
   const std::size_t dropped = std::erase(order, kDropped);
 
   if (const std::uint32_t held = census.mostly_held(); held > kOrdinary && had >= kTelling) {
-    // Of those that do not tell, what the cubes hold: 16 at most.
+    // Cubes far from each other may share a bucket all the same, as those of a lattice in another
+    // unit do. Of those that do not tell, what the cubes hold: 16 at most.
+    const double told = times_too_large(p, all, radius);
     const double factor =
-        std::max(times_too_large(p, all, radius), std::cbrt(static_cast<double>(held)));
+        told * kTooSmall < 1 ? told : std::max(told, std::cbrt(static_cast<double>(held)));
     notices.push_back(radius_misfit(radius, radius / factor));
   }
   if (dropped > 0) notices.push_back(crowded(largest, dropped, had, radius));

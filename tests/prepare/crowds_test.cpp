@@ -173,6 +173,20 @@ TEST_F(Crowds, TellThatTheRadiusIsTooSmall) {
   }
 }
 
+// Of an exact lattice in another unit cubes share buckets, which then look full.
+TEST_F(Crowds, TellThatTheRadiusIsTooSmallForALattice) {
+  for (const float spacing : {1000.0f, 1024.0f, 2000.0f}) {
+    points_.clear();
+    for (int k = 0; k < 1000; ++k)
+      add({spacing * static_cast<float>(k % 10), spacing * static_cast<float>(k / 10 % 10),
+           spacing * static_cast<float>(k / 100)});
+    EXPECT_EQ(left().size(), points_.size());
+    ASSERT_EQ(notices_.size(), 1u) << spacing;
+    EXPECT_EQ(notices_[0].code, Code::radius_too_small) << texts(notices_)[0];
+    EXPECT_NEAR(notices_[0].wanted, spacing / 2, 0.05 * spacing);
+  }
+}
+
 TEST_F(Crowds, OfRainTellNothingOfTheRadius) {
   for (const double wide : {40.0, 100.0, 1000.0, 1e5}) {
     points_.clear();
