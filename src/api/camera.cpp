@@ -321,6 +321,13 @@ void check(const Camera& camera) {
                                                      number(camera.projection[k]) +
                                                      ", must be a finite number");
   }
+  const auto& v = camera.view;  // the sums with 0 below leave out the sign of zeros
+  require(v[3] != 0 || v[7] != 0 || v[11] != 0 || v[15] != 1 ||
+              (v[12] == 0 && v[13] == 0 && v[14] == 0),
+          "camera: view is transposed: its last row is " + number(v[12] + 0) + " " +
+              number(v[13] + 0) + " " + number(v[14] + 0) +
+              " 1 and its last column 0 0 0 1; the last row must be 0 0 0 1 (write the matrix row "
+              "by row, for column vectors)");
   for (int k = 12; k < 16; ++k)
     require(camera.view[k] == (k == 15 ? 1 : 0),
             entry("view", k) + " is " + number(camera.view[k]) + ", the last row must be 0 0 0 1");

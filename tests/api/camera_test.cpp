@@ -47,6 +47,11 @@ TEST(Check, NamesWhatIsWrong) {
               HasSubstr("projection[1][1] is inf"));
   EXPECT_THAT(check_after([](Camera& c) { c.view[13] = 2; }), HasSubstr("view[3][1] is 2"));
   EXPECT_THAT(check_after([](Camera& c) { c.view[15] = 0; }), HasSubstr("view[3][3] is 0"));
+  EXPECT_THAT(
+      check_after([](Camera& c) {
+        for (int k = 0; k < 3; ++k) std::swap(c.view[4 * k + 3], c.view[12 + k]);
+      }),
+      HasSubstr("view is transposed: its last row is 0 0 -5 1 and its last column 0 0 0 1"));
   EXPECT_THAT(check_after([](Camera& c) {
                 for (int k = 0; k < 3; ++k) c.view[k] *= 2;
               }),
