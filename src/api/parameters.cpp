@@ -128,8 +128,8 @@ Aovs aovs_named(const std::string& list) {
       names.erase(0, 2);
       throw InvalidArgument(Notice{.code = Code::unknown_map,
                                    .text = setting("aov") + " has \"" + word +
-                                           "\", must be a list of " + names + ", e.g. " +
-                                           setting("aov") + " N,id",
+                                           "\", must be a list of maps beside depth: " + names +
+                                           ", e.g. " + setting("aov") + " N,id",
                                    .subject = word});
     }
     aovs.*entry->made = true;

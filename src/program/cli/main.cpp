@@ -44,15 +44,33 @@ int fail(ExitCode code, const std::string& what) {
   return code;
 }
 
+/// A name that is empty is most likely a variable that a script has not set: taken for none, it
+/// would mean a camera that nobody chose, or no log.
+void refuse_empty_names(CLI::App& command) {
+  const CLI::Validator named(
+      [](const std::string& text) {
+        return text.empty() ? std::string("is empty, must be a name") : std::string();
+      },
+      "");
+  for (CLI::Option* option : command.get_options()) {
+    const std::string type = option->get_type_name();
+    if (type.starts_with("FILE") || type == "DIR" || type.find(".json") != std::string::npos)
+      option->check(named);
+  }
+  for (CLI::App* part : command.get_subcommands({})) refuse_empty_names(*part);
+}
+
 /// CLI11's error in the words of all others: what was found, and what is wanted.
 std::string in_own_words(const CLI::ParseError& error) {
   const std::string what = error.what();
   const std::string unread = "Could not convert: ", repeated = ": At Most 1 required but received ",
                     excluding = " excludes ",
                     unexpected = " not expected: ", out_of_range = ": is ",
-                    missing = ": 1 required ";
+                    missing = ": 1 required ", most = ": At Most ",
+                    received = " required but received ";
   if (const std::size_t at = what.find(out_of_range);
-      what.starts_with("--") && at != std::string::npos)
+      (what.starts_with("--") || what.starts_with("INPUT: ") || what.starts_with("LOG: ")) &&
+      at != std::string::npos)
     return what.substr(0, at) + what.substr(at + 1);
   if (const std::size_t at = what.find(missing); at != std::string::npos)
     return what.substr(0, at) + " is given without its value";
@@ -71,6 +89,10 @@ std::string in_own_words(const CLI::ParseError& error) {
   if (const std::size_t at = what.find(repeated); at != std::string::npos)
     return what.substr(0, at) + " is given " + what.substr(at + repeated.size()) +
            " times, must be given once";
+  if (const std::size_t at = what.find(most), then = what.find(received);
+      at != std::string::npos && then != std::string::npos)
+    return what.substr(0, at) + " is given " + what.substr(then + received.size()) +
+           " names, must be at most " + what.substr(at + most.size(), then - at - most.size());
   if (const std::size_t at = what.find(excluding); at != std::string::npos) {
     const std::string one = what.substr(0, at), other = what.substr(at + excluding.size());
     return one + " and " + other + " are both given, must be one of them";
@@ -100,6 +122,9 @@ std::string misuse(const CLI::App& program, const std::vector<std::string>& type
   if (&command == &program)
     return "no command is given, e.g. meniscus extract FILE -o surface.png (" + see;
   const std::string words = in_own_words(error);
+  if (makes_surface && words == "INPUT is required")
+    return words + ", e.g. " + meniscus::cli::spelled(command) + " frame.ply -o surface." +
+           (name == "mesh" ? "ply (" : "png (") + see;
   if (makes_surface && words == "--output is required")
     return words + ", e.g. -o surface." + (name == "mesh" ? "ply (" : "png (") + see;
   return words + " (" + see;
@@ -168,6 +193,7 @@ int run(int argc, char** argv) {
       "meniscus help extract explains the options of extract, and so on.\n"
       "A first picture: meniscus generate --particles 1e5 -o dam.ply && meniscus extract dam.ply "
       "-o a.png");
+  refuse_empty_names(program);
   std::vector<std::string> typed(argv + std::min(argc, 1), argv + argc);
   if (!typed.empty() && typed.front() == "help") {  // meniscus help extract
     typed.erase(typed.begin());

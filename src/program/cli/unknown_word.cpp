@@ -38,6 +38,12 @@ std::string name_that_ends_as(const std::string& option, const std::vector<std::
   return found != names.end() ? *found : "";
 }
 
+// Where an earlier run's results are given without the option that takes them.
+std::string comparison_for(const CLI::App& command, const std::string& word) {
+  if (!word.ends_with(".json") || !command.get_option_no_throw("--compare")) return "";
+  return word + ": no word is wanted here, did you mean --compare " + word + "?";
+}
+
 std::string unknown_command(const CLI::App& parent, const std::string& word) {
   const std::string line = "there is no command " + word;
   if (std::filesystem::exists(word) && !parent.get_parent())
@@ -94,6 +100,7 @@ std::string unknown_word(const CLI::App& program, const std::vector<std::string>
       const std::string nearest = nearest_name(name, names);
       return line + question(nearest.empty() ? name_that_ends_as(name, names) : nearest);
     }
+    if (const std::string what = comparison_for(command, word); !what.empty()) return what;
     if (!commands_of(command).empty()) return unknown_command(command, word);
   }
   return "";

@@ -339,8 +339,10 @@ TEST_F(ProgramOutput, HasTheMapsThatAreNamed) {
 
   const Outcome wrong = run({"extract", "in.ply", "-o", "b.exr", "--aov", "N,normals"});
   EXPECT_EQ(wrong.exit_code, 2);
-  EXPECT_THAT(wrong.err, HasSubstr("--aov has \"normals\", must be a list of N, P, id, kind, "
-                                   "residual, V"));
+  EXPECT_THAT(
+      wrong.err,
+      HasSubstr("--aov has \"normals\", must be a list of maps beside depth: N, P, id, kind, "
+                "residual, V"));
 }
 
 TEST_F(ProgramOutput, NothingInViewIsAValidEmptyResultAndAWarning) {

@@ -37,6 +37,25 @@ TEST_F(ProgramUsage, HelpIsACommandToo) {
 TEST_F(ProgramUsage, RefusesAWordThatNobodyAskedFor) {
   expect_error(run({"verify", "all"}), 2, {"all: no word is wanted here (options begin with -"});
   expect_error(run({"devices", "a", "b"}), 2, {": no word is wanted here"});
+  expect_error(run({"verify", "old.json", "new.json"}), 2, {"did you mean --compare old.json?"});
+  expect_error(run({"bench", "old.json"}), 2, {"did you mean --compare old.json?"});
+  expect_error(run({"bench", "--compare", "a", "b", "c"}), 2,
+               {"--compare is given 3 names, must be at most 2"});
+  expect_error(run({"extract"}), 2, {"INPUT is required, e.g. meniscus extract frame.ply -o "});
+}
+
+// A variable that a script has not set: a batch with a camera that nobody chose, or without a log.
+TEST_F(ProgramUsage, RefusesEmptyNames) {
+  write_particles("in.ply", block(3));
+  for (const char* option : {"--camera", "--log", "--report", "--write-camera", "--output"})
+    expect_error(run({"extract", "in.ply", "-o", "a.png", option, ""}), 2,
+                 {std::string(option) + " is empty, must be a name"});
+  expect_error(run({"extract", "", "-o", "a.png"}), 2, {"INPUT is empty, must be a name"});
+  for (const char* option : {"--json", "--junit", "--html", "--repro"})
+    expect_error(run({"verify", option, ""}), 2, {std::string(option) + " is empty, must be a"});
+  expect_error(run({"bench", "frame", "--json", ""}), 2, {"--json is empty, must be a name"});
+  expect_error(run({"report", "", "-o", "a.html"}), 2, {"LOG is empty, must be a name"});
+  EXPECT_THAT(files(), testing::ElementsAre("in.ply"));
 }
 
 TEST_F(ProgramUsage, HelpHasWhatMostNeedOnOneScreen) {
