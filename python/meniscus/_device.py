@@ -7,7 +7,7 @@ import inspect
 import os
 import threading
 import warnings as _warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NoReturn
 
 import numpy as np
@@ -112,6 +112,19 @@ def _bytes(memory: int) -> int:
     return count
 
 
+def _set_maps(bare: _core.Parameters, maps: str | Sequence[str]) -> None:
+    names = [maps] if isinstance(maps, str) else list(maps) if np.iterable(maps) else [maps]
+    if not all(isinstance(name, str) for name in names):
+        raise InvalidArgument(f'maps is {maps!r}, must be names, as "N,id" or ["N", "id"]')
+    try:
+        bare.set_maps(",".join(names))
+    except InvalidArgument as error:  # the program's word for them is aov
+        text = str(error).replace("aov has ", "maps has ").replace("aov N,id", '"N,id"')
+        named = InvalidArgument(text)
+        named.notice = error.notice
+        raise named from None
+
+
 def _watched(progress: Callable[[str], object] | None) -> Callable[[str], object] | None:
     if progress is not None and not callable(progress):
         raise InvalidArgument(f"progress is {progress!r}, must be callable with a stage's name")
@@ -137,7 +150,7 @@ def _argument_like(name: str, call: Callable[..., object]) -> str | None:
 def extract(points: ArrayLike | Particles, camera: Camera, *,
             velocities: ArrayLike | None = None, radii: ArrayLike | None = None,
             attributes: Mapping[str, ArrayLike] | None = None, particle_radius: float = 0,
-            method: str = "fit", maps: str | None = None, layers: int = 0,
+            method: str = "fit", maps: str | Sequence[str] | None = None, layers: int = 0,
             whitewater: Mapping[str, Any] | None = None,
             image: bool = True, mesh: bool = True, motion: bool = True, strict: bool = False,
             device: Device | None = None, memory: int = STREAM_MEMORY, timings: bool = False,
@@ -165,7 +178,8 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
     method
         One of methods(); `fit` is the paper's with a fit around every particle.
     maps
-        Those wanted beside depth, e.g. "N,id": N, P, id, kind, residual, V. None: all.
+        Those wanted beside depth, e.g. "N,id" or ["N", "id"]: N, P, id, kind, residual, V. None:
+        all. "" or []: none.
     layers
         1 to 8: also where each pixel's ray enters and leaves the bodies of fluid along it, up to so
         many: Surface.entry, exit, thickness, back_normal and layers. Methods fit, groups and stable.
@@ -197,10 +211,13 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
     """
     if not isinstance(camera, Camera):
         raise InvalidArgument(f"camera is a {type(camera).__name__}, must be a meniscus.Camera")
+    if whitewater is not None and not isinstance(whitewater, Mapping):
+        raise InvalidArgument(f"whitewater is {type(whitewater).__name__}, must be types and their "
+                              'particles, as {"foam": points}')
     bare = _core.Parameters()
     bare.set_method(str(method))
     if maps is not None:
-        bare.set_maps(maps)
+        _set_maps(bare, maps)
     bare.image, bare.mesh, bare.motion, bare.strict = image, mesh, motion, strict
     if not isinstance(layers, (int, np.integer)):
         raise InvalidArgument(f"layers is {layers!r}, must be a whole number, 0 to 8")

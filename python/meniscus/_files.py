@@ -8,8 +8,11 @@ from ._errors import InvalidArgument
 
 
 def name_of(path: str | PathLike[str]) -> str:
-    """The name as the library takes it. Raises InvalidArgument for one of bytes that are no UTF-8."""
+    """The name as the library takes it. Raises InvalidArgument for an empty one, and for one of bytes
+    that are no UTF-8."""
     name = fsdecode(path)
+    if not name:
+        raise InvalidArgument("the file's name is empty")
     try:
         name.encode()
     except UnicodeEncodeError:

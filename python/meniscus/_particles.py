@@ -33,7 +33,9 @@ def _place(values: ArrayLike, name: str, dimensions: int) -> tuple[_Place, NDArr
         raise InvalidArgument(f"{name} has dtype {array.dtype}, must be real numbers")
     wanted = "(n, 3)" if dimensions == 2 else "(n,)"
     if array.ndim != dimensions or (dimensions == 2 and array.shape[1] != 3):
-        raise InvalidArgument(f"{name} has shape {array.shape}, must be {wanted}")
+        turned = dimensions == 2 and array.ndim == 2 and array.shape[0] == 3
+        raise InvalidArgument(f"{name} has shape {array.shape}, must be {wanted}"
+                              + (f" (turn it: {name}.T)" if turned else ""))
     if array.dtype not in (np.float32, np.float64) or not array.dtype.isnative:
         array = array.astype(np.float64)
     strides = array.strides + (0,) * (2 - dimensions)

@@ -238,7 +238,15 @@ def test_nothing_gives_an_empty_surface(camera):
     ("support is 51, must be", lambda p, c: extract(p, c, support=51)),
     ("passes is 1.5, must be a whole number", lambda p, c: extract(p, c, passes=1.5)),
     ("method is fitt", lambda p, c: extract(p, c, method="fitt")),
-    ("aov has", lambda p, c: extract(p, c, maps="N,nonsense")),
+    ('maps has "nonsense", must be .* maps beside depth: N, .*, e.g. "N,id"',
+     lambda p, c: extract(p, c, maps="N,nonsense")),
+    ("maps has .depth", lambda p, c: extract(p, c, maps=["depth"])),
+    (r"maps is \[1\], must be names", lambda p, c: extract(p, c, maps=[1])),
+    ("maps is 3, must be names", lambda p, c: extract(p, c, maps=3)),
+    ("whitewater is ndarray, must be types and their particles",
+     lambda p, c: extract(p, c, whitewater=p)),
+    (r"points has shape \(3, .*turn it: points.T", lambda p, c: extract(p.T, c)),
+    ("the file's name is empty", lambda p, c: meniscus.Camera.read("")),
     ("points is a file's name.*read_particles", lambda p, c: extract("dam.ply", c)),
     ("layers is 1.5, must be a whole number", lambda p, c: extract(p, c, layers=1.5)),
     (r"device is 'gpu', must be a meniscus.Device.*Device\('gpu'\)",
@@ -265,6 +273,14 @@ def test_bad_arguments_are_named(points, camera, what, wrong):
     with pytest.raises(meniscus.InvalidArgument, match=what) as caught:
         wrong(points, camera)
     assert isinstance(caught.value, ValueError) and isinstance(caught.value, meniscus.Error)
+
+
+def test_maps_are_names_in_a_text_or_a_list(points, camera):
+    for maps in ("N,id", ["N", "id"], ("id", "N")):
+        surface = extract(points, camera, maps=maps)
+        assert surface.normal is not None and surface.group is not None
+        assert surface.residual is None
+    assert extract(points, camera, maps=[]).normal is None
 
 
 def test_what_cannot_be_pickled_says_what_to_pass_on(points, camera):

@@ -122,8 +122,8 @@ void check_maps(const Surface& surface, Preview preview) {
   const Layers& layers = surface.layers;
   if (preview == Preview::glass) {
     require(layers.most > 0,
-            "write_png: preview glass wants layers, and the surface has none (extract with "
-            "Parameters::layers set)");
+            "write_png: preview glass wants layers, and the surface has none (set layers when "
+            "you extract it)");
     check_map("thickness", layers.thickness.size());
     check_map("layers", layers.count.size());
     check_map("N.back", layers.back_normal.size());
