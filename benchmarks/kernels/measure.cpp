@@ -12,6 +12,7 @@
 #include "frame/process.hpp"
 #include "kernels/cases.hpp"
 #include "kernels/native/native.hpp"
+#include "program/child_process.hpp"
 
 namespace meniscus::bench {
 namespace {
@@ -210,11 +211,16 @@ Session measure(Device& device, int threads, const MeasureOptions& options,
   const Roofline before = measure_roofline(device, options.probes);
   const std::unique_ptr<Workers> workers =
       threads > 0 && !session.without_native ? std::make_unique<Workers>(threads) : nullptr;
+  const auto stopped = [&] { return options.stop && options.stop() != 0; };
+  std::size_t begun = 0;
   for (const long long particles : options.particles) {
+    if (stopped()) break;
     Frame frame(device, particles, options.width, options.height);
     frame.repetitions = options.repetitions;
     frame.seconds = options.seconds;
     for (const KernelBench& bench : benches) {
+      if (stopped()) break;
+      ++begun;
       say(std::string(bench.kernel) + ", " + std::to_string(particles) + " particles");
       try {
         measure_kernel(bench, frame, workers.get(), options, session.results);
@@ -224,8 +230,16 @@ Session measure(Device& device, int threads, const MeasureOptions& options,
       }
     }
   }
-  say("the roofline again");
-  session.roofline = better_of(before, measure_roofline(device, options.probes));
+  const std::size_t all = benches.size() * options.particles.size();
+  if (stopped() && begun < all) {
+    session.unfinished = "stopped by " + name_of_signal(options.stop()) + " after " +
+                         std::to_string(begun) + " of " + std::to_string(all) +
+                         " kernels and sizes";
+    session.roofline = before;
+  } else {
+    say("the roofline again");
+    session.roofline = better_of(before, measure_roofline(device, options.probes));
+  }
   session.other_work = other_work.processors();
   return session;
 }

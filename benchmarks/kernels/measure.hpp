@@ -21,6 +21,7 @@ struct MeasureOptions {
   /// verdict is drawn from them, but they are the control where runs are compared.
   bool control = true;
   ProbeEffort probes;
+  std::function<int()> stop{};  // the signal that asks to stop; 0: none yet. Empty: none ever
 };
 
 /// The names of the kernels that can be measured.
@@ -35,6 +36,9 @@ std::vector<std::string> chosen_names(const std::vector<std::string>& parts);
 /// whose result differs from the device's is left out, with a note.
 ///
 ///   say  receives a line on each kernel before it is measured
+///
+/// When `stop` asks for it, no other kernel is begun: the session has what was measured before,
+/// with the first roofline, and says so.
 ///
 /// Throws DeviceError, and InvalidArgument when no kernel has any of the names.
 Session measure(Device& device, int threads, const MeasureOptions& options,

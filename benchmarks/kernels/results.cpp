@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "base/printable.hpp"
 #include "io/input_file.hpp"
 #include "io/json_number.hpp"
 #include "io/json_text.hpp"
@@ -14,6 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kFormat = 1;
+constexpr std::size_t kLongestUnfinished = 200;  // characters
 
 Json json_of(const Roofline& roofline) {
   Json copies = Json::array();
@@ -198,17 +200,19 @@ std::string to_json(const BenchRun& run) {
   for (const Session& session : run.sessions) {
     Json results = Json::array();
     for (const Result& result : session.results) results.push_back(json_of(result, session));
-    sessions.push_back({{"device", session.device},
-                        {"kind", session.kind},
-                        {"platform", session.platform},
-                        {"driver", session.driver},
-                        {"compute_units", session.compute_units},
-                        {"processors", session.processors},
-                        {"threads", session.threads},
-                        {"other_work", session.other_work},
-                        {"native_benchmarks", session.native_flags},
-                        {"roofline", json_of(session.roofline)},
-                        {"results", results}});
+    Json entry = {{"device", session.device},
+                  {"kind", session.kind},
+                  {"platform", session.platform},
+                  {"driver", session.driver},
+                  {"compute_units", session.compute_units},
+                  {"processors", session.processors},
+                  {"threads", session.threads},
+                  {"other_work", session.other_work},
+                  {"native_benchmarks", session.native_flags},
+                  {"roofline", json_of(session.roofline)},
+                  {"results", results}};
+    if (!session.unfinished.empty()) entry["unfinished"] = session.unfinished;
+    sessions.push_back(entry);
   }
   const Json json{
       {"kernel_benchmarks", kFormat}, {"meniscus", run.version}, {"sessions", sessions}};
@@ -234,6 +238,7 @@ BenchRun from_json(const std::string& text, const std::string& name) try {
     if (entry.contains("processors")) take_whole(entry, "processors", session.processors);
     session.other_work = entry.at("other_work");
     session.native_flags = entry.value("native_benchmarks", false);
+    session.unfinished = printable(entry.value("unfinished", ""), kLongestUnfinished);
     session.file = name;
     session.roofline = roofline_of(entry.at("roofline"));
     for (const Json& result : entry.at("results")) session.results.push_back(result_of(result));

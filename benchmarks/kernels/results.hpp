@@ -59,6 +59,7 @@ struct Session {
   bool native_flags = false;    // whether native versions are compiled for this very processor
   bool without_native = false;  // they were not run, because they are not; not in the JSON
   std::string file;             // that it was read from; empty: measured now
+  std::string unfinished;       // why not all was measured, in words; empty: it was
   Roofline roofline;            // the better of one before and one after the results
   std::vector<Result> results;
 

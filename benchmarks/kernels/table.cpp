@@ -39,6 +39,7 @@ std::string disturbance(const Session& session) {
 
 std::vector<std::string> warnings_on(const Session& session, const Session* one_thread) {
   std::vector<std::string> warnings;
+  if (!session.unfinished.empty()) warnings.push_back("UNFINISHED: " + session.unfinished);
   if (session.disturbed()) warnings.push_back(disturbance(session));
   const bool several = session.kind == "CPU" && session.threads > 1 && session.processors > 1;
   if (one_thread && several) {
@@ -219,9 +220,11 @@ std::string comparison_table(const std::vector<SessionPair>& pairs) {
   std::string text;
   for (const SessionPair& pair : pairs) {
     text += "before: " + title_of(*pair.before) + "\nafter:  " + title_of(*pair.after) + "\n\n";
-    for (const Session* session : {pair.before, pair.after})
-      if (session->disturbed())
-        text += (session == pair.before ? "before: " : "after:  ") + disturbance(*session) + "\n";
+    for (const Session* session : {pair.before, pair.after}) {
+      const std::string which = session == pair.before ? "before: " : "after:  ";
+      if (!session->unfinished.empty()) text += which + "UNFINISHED: " + session->unfinished + "\n";
+      if (session->disturbed()) text += which + disturbance(*session) + "\n";
+    }
     text += roofline_ratio(pair) + "\n";
     const std::vector<Difference> differences = changed_first(compare(*pair.before, *pair.after));
     if (differences.empty()) {

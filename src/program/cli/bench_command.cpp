@@ -19,7 +19,7 @@ std::vector<long long> parse_counts(const std::string& text) {
 
 }  // namespace
 
-void add_bench_command(CLI::App& program) {
+void add_bench_command(CLI::App& program, int& exit_code) {
   CLI::App& command =
       *program.add_subcommand("bench", "Measure the kernels' speed against the device's limits");
   const auto options = std::make_shared<BenchOptions>();
@@ -60,20 +60,21 @@ void add_bench_command(CLI::App& program) {
       ->expected(1, 2)
       ->type_name("OLD.json [NEW.json]");
   add_list_option(command, o.list);
-  command.add_flag("--without-control", o.without_control)->group("");  // for its own child
+  command.add_flag("--child", o.is_child)->group("");
+  command.add_flag("--without-control", o.without_control)->group("");
   command.add_flag("-q,--quiet", o.quiet, "print no progress");
   const std::vector<CLI::Option*> own = command.get_options();
   add_bench_frame_command(command);
   for (CLI::App* frame : command.get_subcommands({}))
     for (CLI::Option* option : own)
       if (option != command.get_help_ptr()) frame->excludes(option);
-  command.callback([options, of_a_run, &command] {
+  command.callback([options, of_a_run, &command, &exit_code] {
     if (!command.get_subcommands().empty()) return;
     for (const CLI::Option* option : of_a_run)
       if (options->compare.size() == 2 && option->count() > 0)
         throw usage_error(option->get_name() +
                           " is given with two files of --compare, of which none is measured");
-    bench_kernels(*options);
+    exit_code = bench_kernels(*options);
   });
 }
 

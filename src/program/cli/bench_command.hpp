@@ -17,11 +17,14 @@ struct BenchOptions {
   std::string json, html;            // files; json "-" is standard output
   std::vector<std::string> compare;  // an earlier run; or two, and nothing is measured
   bool quiet = false, list = false;
+  // For the child of a run:
+  bool is_child = false;
   bool without_control = false;  // native versions that are no more than a control are left out
 };
 
-/// Measures the kernels and writes what was asked for.
-/// Throws Error, and CLI::ValidationError where an option names nothing that there is.
-void bench_kernels(const BenchOptions& options);
+/// Measures the kernels and writes what was asked for. Returns the exit code: 128 + the signal
+/// where one stopped it; then it writes what was measured before. Throws Error, and
+/// CLI::ValidationError where an option names nothing that there is.
+int bench_kernels(const BenchOptions& options);
 
 }  // namespace meniscus::cli

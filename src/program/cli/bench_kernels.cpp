@@ -1,6 +1,8 @@
 // `bench`: measures, and writes tables, JSON and the page.
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
+#include <functional>
 #include <optional>
 #include <thread>
 
@@ -18,6 +20,7 @@
 #include "program/child_process.hpp"
 #include "program/cli/bench_command.hpp"
 #include "program/cli/options.hpp"
+#include "program/cli/signals.hpp"
 #include "program/cli/terminal.hpp"
 
 namespace meniscus::cli {
@@ -36,23 +39,20 @@ bench::MeasureOptions measure_options(const BenchOptions& options) {
 }
 
 // OpenCL runtimes read their number of threads once, so that another number needs another process.
-bench::Session measure_with_one_thread(const BenchOptions& options, const DeviceInfo& device) {
+// Nothing where a signal stops it.
+std::optional<bench::Session> measure_with_one_thread(const BenchOptions& options,
+                                                      const DeviceInfo& device,
+                                                      const std::function<int()>& stop) {
   const std::string particles = comma_separated(
       options.particles, [](long long count) { return std::to_string(count); }, ",");
   std::vector<std::string> words{
-      "bench",
-      "--threads",
-      "1",
-      "--json",
-      "-",
-      "--device",
-      std::to_string(device.index),
-      "--particles",
-      particles,
-      "--size",
-      std::to_string(options.size[0]) + "x" + std::to_string(options.size[1]),
-      "--repetitions",
-      std::to_string(options.repetitions)};
+      "bench",         "--child",
+      "--threads",     "1",
+      "--json",        "-",
+      "--device",      std::to_string(device.index),
+      "--particles",   particles,
+      "--size",        std::to_string(options.size[0]) + "x" + std::to_string(options.size[1]),
+      "--repetitions", std::to_string(options.repetitions)};
   for (const std::string& kernel : options.kernels) {
     words.push_back("--kernel");
     words.push_back(kernel);
@@ -60,9 +60,20 @@ bench::Session measure_with_one_thread(const BenchOptions& options, const Device
   if (!measure_options(options).control) words.push_back("--without-control");
   if (options.quiet) words.push_back("--quiet");
   ChildProcess child(words, false);
-  const std::string json = child.read_all();
-  if (!child.wait().empty())
-    throw Error("bench: the run with one thread failed; its reason is above");
+  std::string json;
+  for (std::string line;;) {
+    constexpr double kSlice = .1;  // seconds
+    const ChildProcess::Read read = child.read_line(line, kSlice);
+    if (stop() != 0) return {};
+    if (read == ChildProcess::Read::end) break;
+    if (read == ChildProcess::Read::line) json += line + "\n";
+  }
+  // A terminal sends Ctrl-C to both, and ours may come a moment later.
+  const std::string how = child.wait();
+  constexpr std::chrono::milliseconds kMoment{500};
+  if (!how.empty()) std::this_thread::sleep_for(kMoment);
+  if (stop() != 0) return {};
+  if (!how.empty()) throw Error("bench: the run with one thread failed; its reason is above");
   bench::BenchRun run = bench::from_json(json, "the run with one thread");
   require(run.sessions.size() == 1, "bench: the run with one thread has no results");
   run.sessions.front().file.clear();
@@ -86,10 +97,16 @@ void check_comparison(const bench::BenchRun& old, const BenchOptions& options,
                              ": two devices are compared");
 }
 
-bench::BenchRun measure(const BenchOptions& options, const std::vector<DeviceInfo>& devices) {
+// `whole` says whether a signal has left nothing out.
+bench::BenchRun measure(const BenchOptions& options, const std::vector<DeviceInfo>& devices,
+                        const std::function<int()>& stop, bool& whole) {
   bench::BenchRun run;
   run.version = version();
+  bench::MeasureOptions what = measure_options(options);
+  what.stop = stop;
   for (const DeviceInfo& info : devices) {
+    whole = whole && stop() == 0;
+    if (!whole) break;
     const bool cpu = info.kind == DeviceKind::cpu;
     const int threads = !cpu                  ? 0
                         : options.threads > 0 ? options.threads
@@ -100,15 +117,18 @@ bench::BenchRun measure(const BenchOptions& options, const std::vector<DeviceInf
       const std::string on = cpu ? ", threads: " + std::to_string(threads) : "";
       print_line(stderr, "measuring  " + what + " on " + info.name + on);
     };
-    run.sessions.push_back(bench::measure(device, threads, measure_options(options), say));
+    run.sessions.push_back(bench::measure(device, threads, what, say));
     // Intel's keeps to --threads, too, but counts all processors as compute units nevertheless.
     const bool intel = info.platform.find("Intel") != std::string::npos;
     if (cpu && !intel && static_cast<int>(info.compute_units) != threads)
       print_line(stderr, "meniscus: warning: " + info.name + " uses " +
                              std::to_string(info.compute_units) +
                              " threads whatever --threads says");
-    if (cpu && options.threads == 0 && threads > 1)
-      run.sessions.push_back(measure_with_one_thread(options, info));
+    whole = whole && run.sessions.back().unfinished.empty();
+    if (!cpu || options.threads > 0 || threads < 2 || !whole) continue;
+    const auto one = measure_with_one_thread(options, info, stop);
+    whole = one.has_value();
+    if (one) run.sessions.push_back(*one);
   }
   return run;
 }
@@ -132,12 +152,18 @@ void compare_runs(const BenchOptions& options) {
 
 }  // namespace
 
-void bench_kernels(const BenchOptions& options) {
-  if (options.list) return print_names(bench::kernel_names());
+int bench_kernels(const BenchOptions& options) {
+  if (options.list) {
+    print_names(bench::kernel_names());
+    return 0;
+  }
   // Files that cannot be read or written are better known now than later.
   as_usage([&] { check_outputs({options.compare, {}}, {}, {options.json, options.html}); });
   if (!options.html.empty()) check_page_name("--html", options.html);
-  if (options.compare.size() == 2) return compare_runs(options);
+  if (options.compare.size() == 2) {
+    compare_runs(options);
+    return 0;
+  }
   check_parts_of_names("--kernel", options.kernels, bench::kernel_names());
   use_threads(options.threads);
   constexpr std::int64_t kBytes = 250;  // of a particle with all that the kernels are given
@@ -156,7 +182,18 @@ void bench_kernels(const BenchOptions& options) {
     print_line(stderr, "meniscus: warning: --threads is " + std::to_string(options.threads) +
                            ", but there are " + counted(processors, "processor") +
                            ": threads that share one make times and verdicts wrong");
-  const bench::BenchRun run = measure(options, devices);
+  std::optional<GentleStop> stop;  // a child ends at once
+  if (!options.is_child)
+    stop.emplace("stopping after this kernel; what was measured so far follows");
+  const auto signal = [&] { return stop ? stop->signal().load() : 0; };
+  bool whole = true;
+  const bench::BenchRun run = measure(options, devices, signal, whole);
+  int exit_code = 0;
+  if (!whole) {
+    print_line(stderr, "meniscus: error: bench was stopped by " + name_of_signal(signal()) +
+                           ": what it shows and writes is unfinished");
+    exit_code = 128 + signal();
+  }
   const std::vector<bench::SessionPair> pairs = bench::pair_sessions(old ? &*old : nullptr, run);
   if (json) {
     json->write(bench::to_json(run));
@@ -168,10 +205,11 @@ void bench_kernels(const BenchOptions& options) {
   }
   if (to_output) {
     std::fputs(bench::to_json(run).c_str(), stdout);
-    return;
+    return exit_code;
   }
   print_lines(stdout, bench::results_table(run) + bench::verdict_table(run));
   print_lines(stdout, bench::comparison_table(pairs));
+  return exit_code;
 }
 
 }  // namespace meniscus::cli

@@ -25,8 +25,9 @@ void add_tune_command(CLI::App& program);
 /// Adds `report`: the logs of a batch as one page.
 void add_report_command(CLI::App& program);
 
-/// Adds `bench`: how fast each kernel is, and how near to what the device can do.
-void add_bench_command(CLI::App& program);
+/// Adds `bench`: how fast each kernel is, and how near to what the device can do. Sets the exit
+/// code.
+void add_bench_command(CLI::App& program, int& exit_code);
 
 /// Adds `frame` to `bench`: whole frames of all methods.
 void add_bench_frame_command(CLI::App& bench);

@@ -171,7 +171,7 @@ int run(int argc, char** argv) {
   meniscus::cli::add_generate_command(program);
   meniscus::cli::add_report_command(program);
 #ifdef MENISCUS_TOOLS
-  meniscus::cli::add_bench_command(program);
+  meniscus::cli::add_bench_command(program, exit_code);
   meniscus::cli::add_verify_command(program, exit_code);
   meniscus::cli::add_tune_command(program);
 #else

@@ -2,8 +2,11 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <csignal>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <thread>
 
 #include "program/cli/program.hpp"
 
@@ -81,6 +84,31 @@ TEST_F(ProgramBenchKernels, NativeVersionsThatAreAControlAloneRunWhereOneIsWante
   const Outcome compared = run_well(tiny({"-q", "--compare", "kept.json"}));
   EXPECT_GE(natives(compared.out), sessions) << compared.out;
   EXPECT_THAT(compared.out, Not(HasSubstr(left_out)));
+}
+
+TEST_F(ProgramBenchKernels, StoppedByASignalItKeepsWhatItMeasured) {
+  const int process =
+      start({"bench", "--particles", "500", "--size", "64x48", "--json", "new.json"});
+  const auto measuring = [&] {
+    const std::string err = read("stderr.log");
+    int lines = 0;
+    for (std::size_t at = 0; (at = err.find("measuring  ", at)) != std::string::npos; ++at) ++lines;
+    return lines;
+  };
+  // The roofline and a kernel are measured, and dozens are to come.
+  while (measuring() < 3 && kill(process, 0) == 0)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  kill(process, SIGINT);
+  const Outcome outcome = wait_for(process);
+  expect_error(outcome, 128 + SIGINT, {"bench was stopped by signal 2", "unfinished"});
+  EXPECT_THAT(outcome.out,
+              AllOf(HasSubstr("UNFINISHED: stopped by signal 2"), HasSubstr(" kernels and sizes")));
+  const auto json = nlohmann::json::parse(read("new.json"));
+  EXPECT_THAT(json.at("sessions").at(0).at("unfinished").get<std::string>(),
+              HasSubstr("stopped by signal 2 (Interrupt) after "));
+  EXPECT_GT(json.at("sessions").at(0).at("results").size(), 0u);
+  EXPECT_THAT(run_well({"bench", "--compare", "new.json", "new.json"}).out,
+              HasSubstr("before: UNFINISHED: stopped by signal 2"));
 }
 
 TEST_F(ProgramBenchKernels, JsonGoesToStandardOutputAlone) {
