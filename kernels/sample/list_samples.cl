@@ -40,21 +40,11 @@ inline void list_tile(const int tile, global const float* wanted, global const i
   count[tiles.x * tiles.y + tile] = 0;
 }
 
-// Of one map.
-kernel void list_samples(global const float* wanted,  // [samples]
-                         global const int* occupied,  // [blocks] 0: not finite in a block, not read
-                         SAMPLES(, sample, count),    // out
-                         const int2 samples, const int2 tiles) {
-  const int tile = get_global_id(0);
-  if (tile < tiles.x * tiles.y)
-    list_tile(tile, wanted, occupied, sample, count, 0, samples, tiles, 1);
-}
-
 // Of a map of samples that show nothing so far; and minus the least depth that a front in a bin must
 // exceed to lie more than a gap behind one of them, so that a disc whose deepest front is not below it
 // is left out; -INFINITY where no front is asked for.
 kernel void list_gaps(global const float* open,    // [samples]
-                      global const int* occupied,  // [blocks] as above
+                      global const int* occupied,  // [blocks] 0: not finite in a block, not read
                       SAMPLES(, sample, count),    // out
                       global int* count_again,     // [2][tiles] out: the same as count
                       global uchar* listed,        // [blocks] 1 where one of 8 x 8 samples is listed,

@@ -33,14 +33,6 @@ ListedBlocks blocks_of(Device& device, const SampleGrid& grid, bool listed) {
   return filled<cl_uchar>(device, blocks_in(grid), listed ? 1 : 0);
 }
 
-SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         const OccupiedBlocks& occupied) {
-  const SampleLists lists = room_for_samples(device, grid);
-  launch(device, kernels::list_samples, device.state().vector_width, {lists.tiles()}, wanted,
-         occupied, lists, cl_int2{{grid.nx, grid.ny}}, cl_int2{{lists.nx, lists.ny}});
-  return lists;
-}
-
 GapLists list_gaps(Device& device, const SampleGrid& grid, const Buffer<float>& open,
                    const OccupiedBlocks& occupied, const ListedBlocks& blocks, double gap) {
   const SampleLists lists = room_for_samples(device, grid);

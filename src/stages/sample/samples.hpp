@@ -16,16 +16,6 @@ struct SampleLists {
   std::size_t tiles() const { return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny); }
 };
 
-/// The samples where a map is finite. Does not wait.
-SampleLists list_samples(Device& device, const SampleGrid& grid, const Buffer<float>& wanted,
-                         const OccupiedBlocks& occupied);
-
-/// The same of a map that is written everywhere.
-inline SampleLists list_samples(Device& device, const SampleGrid& grid,
-                                const Buffer<float>& wanted) {
-  return list_samples(device, grid, wanted, any_blocks(device, grid));
-}
-
 /// Blocks of 8 x 8 samples, four to a tile, row by row: 1 where one of them has been listed.
 using ListedBlocks = Buffer<cl_uchar>;
 

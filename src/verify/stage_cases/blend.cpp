@@ -30,8 +30,9 @@ void see_blend(Device& device, const GivenFits& scene, const View& view, const S
       make_records(scene.fits, scene.trust, fit, kBlendReach * params.radius);
   const SurfaceBuffers surface = empty_surface(device, grid);
   const Buffer<float> depth = upload(device, reference);
-  blend_groups(device, view, list_samples(device, grid, depth), upload_records(device, records),
-               list_fits(device, view, records, grid), depth, surface, params);
+  blend_groups(device, view, list_gaps(device, grid, depth, 0).lists,
+               upload_records(device, records), list_fits(device, view, records, grid), depth,
+               surface, params);
   const SurfaceMap map = download(device, surface);
   const std::vector<float> trust = download(device, surface.trust);
 

@@ -99,8 +99,8 @@ void see_splash(Device& device, const FieldScene& scene, Seen* seen) {
   }
   const SurfaceBuffers surface = upload(device, scene.grid, before);
   const Extent extent{upload(device, from), upload(device, to), any_blocks(device, scene.grid)};
-  draw_splash(device, scene.view, list_samples(device, scene.grid, extent.from), scene.levelled,
-              extent, surface, scene.params);
+  draw_splash(device, scene.view, list_gaps(device, scene.grid, extent.from, 0).lists,
+              scene.levelled, extent, surface, scene.params);
   const Layer after = download(device, before, surface);
   for (std::size_t s = 0; s < n; ++s) {
     const reference::FieldOnRay ray = scene.ray(s);

@@ -198,7 +198,7 @@ inline Layer settled(Device& device, const FieldScene& scene, const Layer& befor
   const SurfaceBuffers surface = upload(device, scene.grid, before);
   const auto reference = upload(device, before.reference);
   const auto behind = upload(device, before.behind);
-  settle_samples(device, scene.view, list_samples(device, scene.grid, reference), scene.cells,
+  settle_samples(device, scene.view, list_gaps(device, scene.grid, reference, 0).lists, scene.cells,
                  scene.levelled, upload(device, before.triangle), reference, surface, behind,
                  scene.params, scene.kDisorder, only_gaps);
   Layer after = download(device, before, surface);

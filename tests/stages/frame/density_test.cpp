@@ -186,7 +186,10 @@ TEST_P(Density, ALoneParticleIsDrawnAsASphere) {
   const SurfaceBuffers surface = empty_surface(device_, pixel_grid(view));
   const Extent extent = splat_extent(device_, upload_splats(device_, p, {0}), surface.grid, 2.5,
                                      no_blocks(device_, surface.grid));
-  draw_splash(device_, view, list_samples(device_, surface.grid, extent.from, extent.occupied),
+  draw_splash(device_, view,
+              list_gaps(device_, surface.grid, extent.from, extent.occupied,
+                        blocks_of(device_, surface.grid, false), 0)
+                  .lists,
               levelled(device_, cells_of(device_, p), params), extent, surface, params);
   const SurfaceMap map = download(device_, surface);
   std::size_t drawn = 0;

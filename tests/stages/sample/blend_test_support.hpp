@@ -40,8 +40,9 @@ inline Samples blended(Device& device, const View& view, const SampleGrid& grid,
       make_records(scene.fits, scene.trust, kFit, kBlendReach * kBlend.radius);
   const SurfaceBuffers surface = empty_surface(device, grid);
   const auto depth = upload(device, reference);
-  blend_groups(device, view, list_samples(device, grid, depth), upload_records(device, records),
-               list_fits(device, view, records, grid), depth, surface, kBlend);
+  blend_groups(device, view, list_gaps(device, grid, depth, 0).lists,
+               upload_records(device, records), list_fits(device, view, records, grid), depth,
+               surface, kBlend);
   return samples_of(device, surface);
 }
 

@@ -51,7 +51,7 @@ std::set<int> finite_ones(const SampleGrid& grid, const std::vector<float>& map,
 TEST_P(Samples, AreThoseWhereAMapIsFinite) {
   for (const SampleGrid& grid : kGrids) {
     const std::vector<float> map = random_map(grid.size(), 1);
-    EXPECT_EQ(listed(device_, list_samples(device_, grid, upload(device_, map))),
+    EXPECT_EQ(listed(device_, list_gaps(device_, grid, upload(device_, map), 0).lists),
               finite_ones(grid, map, 1));
   }
 }
@@ -80,9 +80,11 @@ TEST_P(Samples, AreNotSoughtInBlocksThatAreNotOccupied) {
     for (int s = 0; s < static_cast<int>(grid.size()); ++s)
       if (map[s] < kNoSurface && (s / grid.nx / 8 * across + s % grid.nx / 8) % 3 == 0)
         expected.insert(s);
-    EXPECT_EQ(listed(device_,
-                     list_samples(device_, grid, upload(device_, map), upload(device_, occupied))),
-              expected);
+    EXPECT_EQ(
+        listed(device_, list_gaps(device_, grid, upload(device_, map), upload(device_, occupied),
+                                  blocks_of(device_, grid, false), 0)
+                            .lists),
+        expected);
   }
 }
 
@@ -126,7 +128,7 @@ TEST_P(Samples, AreKeptWhereTheyLieNearer) {
     const std::vector<float> a = random_map(grid.size(), 3), b = random_map(grid.size(), 4);
     const auto near = upload(device_, a), far = upload(device_, b);
     const auto all = filled<float>(device_, grid.size(), 0.0f);
-    const SampleLists lists = list_samples(device_, grid, all);
+    const SampleLists lists = list_gaps(device_, grid, all, 0).lists;
     const std::vector<float> c = random_map(grid.size(), 6);
     std::set<int> nearer, finite, unless;
     for (int s = 0; s < static_cast<int>(grid.size()); ++s) {
@@ -143,7 +145,8 @@ TEST_P(Samples, AreKeptWhereTheyLieNearer) {
 TEST_P(Samples, NeighboursInAListLieCloseTogether) {
   const SampleGrid grid{32, 32, 0.5f, 1};
   const auto all = filled<float>(device_, grid.size(), 0.0f);
-  const std::vector<cl_int> sample = download(device_, list_samples(device_, grid, all).sample);
+  const std::vector<cl_int> sample =
+      download(device_, list_gaps(device_, grid, all, 0).lists.sample);
   // Eight places of a full list are a block of 4 x 2 samples.
   for (std::size_t first = 0; first < sample.size(); first += 8) {
     const auto [low, high] =

@@ -115,7 +115,7 @@ TEST_P(Settle, PointsGiveTheBitsOfSamples) {
   // The points are searched two radii behind, samples four: the kernel by itself takes the same.
   const SurfaceBuffers samples = upload(device_, scene_.grid, before);
   const auto reference = upload(device_, before.reference);
-  const SampleLists lists = list_samples(device_, scene_.grid, reference);
+  const SampleLists lists = list_gaps(device_, scene_.grid, reference, 0).lists;
   const auto behind = filled<float>(device_, n_, kNoSurface);
   SampleLists left = lists;
   left.sample = allocate<cl_int>(device_, lists.sample.size);
@@ -154,7 +154,7 @@ TEST_P(Settle, GapsAndSplashAtOnceGiveTheBitsOfOneAfterTheOther) {
   const auto reference = upload(device_, before.reference);
   const auto drawn = [&](const auto& draw) {
     const SurfaceBuffers surface = upload(device_, scene_.grid, before);
-    draw(surface, list_samples(device_, scene_.grid, reference));
+    draw(surface, list_gaps(device_, scene_.grid, reference, 0).lists);
     return download(device_, before, surface);
   };
   const auto triangles = upload(device_, before.triangle);
