@@ -102,10 +102,6 @@
 // Which group, or particle, a sample shows, and how deep.
 #define REGION(access, group, depth) \
   global access int* group, global access float* depth
-#define OWNED(depth, owner) \
-  global uint* depth, global int* owner
-#define FOUND(depth, normal, group) \
-  global float* depth, global float* normal, global int* group
 
 // The lanes of fits (particle_fit.cl): [lanes] each one's particle, and its influence on its neighbours,
 // 0 .. 1. The particles around them: [slots]; [batches] each.

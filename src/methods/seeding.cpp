@@ -9,6 +9,12 @@
 namespace meniscus {
 namespace {
 
+FitNeighbours neighbours_of(const FitFrame& frame, const Fluid& fluid, const Visible& places,
+                            const std::vector<std::int32_t>& around) {
+  return find_neighbours(frame.device, fluid.particles, places, around,
+                         fit_reach(frame.params.fit));
+}
+
 double trial_reach(const Parameters&) { return kTrialReach; }
 
 // Of places that come from the rim when its roundness is known: nothing is looked for before.
@@ -22,8 +28,7 @@ const Seeding kEveryParticle{
     false,
     trial_reach,
     [](const FitFrame& frame, const Fluid& fluid, const Shell& shell) {
-      return find_neighbours(frame.device, fluid.particles, shell.rim, shell.found.index,
-                             fit_reach(frame.params.fit));
+      return neighbours_of(frame, fluid, shell.rim, shell.found.index);
     },
     [](const FitFrame&, const Fluid&, Shell& shell, const SurfaceParticles&) {
       return Seeds{shell.rim, std::move(shell.fitted), {}};
@@ -38,8 +43,7 @@ const Seeding kSeenParticles{
     look_later,
     [](const FitFrame& frame, const Fluid& fluid, Shell& shell, const SurfaceParticles& around) {
       Visible seen = more_visible(shell.rim, kLeastFitted);
-      FitNeighbours neighbours = find_neighbours(frame.device, fluid.particles, seen, around.index,
-                                                 fit_reach(frame.params.fit));
+      FitNeighbours neighbours = neighbours_of(frame, fluid, seen, around.index);
       return Seeds{std::move(seen), std::move(neighbours), {}};
     }};
 
@@ -50,13 +54,11 @@ const Seeding kMergedGroups{
     [](const Parameters& params) { return std::max(kTrialReach, merge_reach(params.merge)); },
     look_later,
     [](const FitFrame& frame, const Fluid& fluid, Shell& shell, const SurfaceParticles& around) {
-      const auto& [device, view, params, clock] = frame;
-      clock.start("merge");
-      MergedGroups groups =
-          merge_particles(view, fluid.particles, shell.rim, around, shell.near, params.merge);
-      clock.start("fit");
-      FitNeighbours neighbours = find_neighbours(device, fluid.particles, groups.seed, around.index,
-                                                 fit_reach(params.fit));
+      frame.clock.start("merge");
+      MergedGroups groups = merge_particles(frame.view, fluid.particles, shell.rim, around,
+                                            shell.near, frame.params.merge);
+      frame.clock.start("fit");
+      FitNeighbours neighbours = neighbours_of(frame, fluid, groups.seed, around.index);
       return Seeds{std::move(groups.seed), std::move(neighbours), std::move(groups.extent)};
     }};
 
