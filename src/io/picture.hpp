@@ -86,10 +86,10 @@ Picture draw_glass(const Scene& scene, const std::function<void(double)>& reache
 /// Foam, spray and bubbles of the scene's surface over a picture of its water.
 Picture draw_whitewater_over(const Scene& scene, Picture picture);
 
-/// Blends colours over the silhouettes and depth steps of a scene, whose maps have one sample a
-/// pixel: each step of a jagged border is replaced by the straight line that it stands for
-/// (Reshetov 2009, Morphological Antialiasing, on depth instead of colour). Pixels that do not
-/// touch such a border keep their colour.
+/// Blends colours over the silhouettes, depth steps and creases of a scene, whose maps have one
+/// sample a pixel: each step of a jagged border is replaced by the straight line that it stands for
+/// (Reshetov 2009, Morphological Antialiasing, on depth and normals instead of colour). Pixels that
+/// do not touch such a border keep their colour.
 Picture smooth_borders(const Scene& scene, Picture picture);
 
 }  // namespace meniscus
