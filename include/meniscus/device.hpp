@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "meniscus/export.hpp"
+#include "meniscus/notice.hpp"
 
 namespace meniscus MENISCUS_API {
 
@@ -71,6 +72,16 @@ class Device {
   /// the stage's name, by the thread that extracts. What it throws ends the extraction and comes
   /// out of extract(); the device can be used on. An empty function: no more calls.
   void on_stage(std::function<void(const std::string& stage)> call);
+
+  /// From now on `call` is called with each notice of extract(), extract_closed() and
+  /// draw_whitewater() on this device as soon as it is known, once each, by the thread that
+  /// extracts; that the radius does not fit the particles, for one, before the work that takes
+  /// long. Surface::notices has all of them afterwards. Also told is what was known of a frame that
+  /// then fails. What `call` throws ends the extraction and comes out of it; the device can be used
+  /// on. It may take its time, and must not extract on the same device or use its callbacks. Where
+  /// several processes share a frame, the first one's is told all, and none may throw. An empty
+  /// function: no more calls.
+  void on_notice(std::function<void(const Notice& notice)> call);
 
   struct MENISCUS_INTERNAL State;  // src/device/device.hpp
   State& state() { return *state_; }

@@ -27,6 +27,8 @@ struct SessionSettings {
   /// throws ends the extraction and comes out of extract(); the session can be used on. It must not
   /// extract on the same session.
   std::function<void(const std::string& stage)> progress{};
+  /// Called with each notice as soon as it is known: see Device::on_notice.
+  std::function<void(const Notice& notice)> on_notice{};
 };
 
 class Session {

@@ -86,10 +86,14 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
   const double halo = halo_of_parts(closed.cell, params, disorder);
   std::vector<BlockBox> parts = share_parts(filling.memory, frame, block, halo, team.size());
   std::vector<PartTally> tallies(parts.size());
+  const auto report_all = [&] {
+    report(team.size() == 1 ? tallies : team.joined(tallies), frame, filling.notices);
+  };
   std::optional<EvenedPlaces> evened;
   if (parts.size() > 1 && disorder.amount > 0) {
     tallies.clear();
     evened = even_out_in_parts(filling, source, frame, disorder, block, tallies);
+    report_all();
     parts = share_parts(left_beside(*evened, filling.memory), frame, block, halo, team.size());
   }
   const FillPart fill = [&](std::size_t part, const std::vector<SpaceBox>& boxes,
@@ -108,11 +112,13 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
   Extraction made;
   if (parts.size() == 1) {
     const WorldParticles particles = fill(0, everything, {}).particles;
+    if (!evened) report_all();
     if (team.leads())
       made = run_closed(filling.device, frame.view, particles, closed, params, disorder, timings);
   } else {
     made = run_closed_in_parts(filling.device, frame.view, team, parts, fill, closed, params,
                                disorder, carries && frame.all_known, timings);
+    if (!evened) report_all();
     // Where what some particles carry is not known, particles from anywhere may speak for them.
     if (carries && !frame.all_known) {
       const PlacedParticles all = fill(parts.size(), everything, {});
@@ -123,10 +129,9 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
   }
   Surface surface;
   surface.particle_radius = frame.radius;
-  report(team.size() == 1 ? tallies : team.joined(tallies), frame, filling.notices);
-  surface.notices = std::move(filling.notices);
   if (!team.leads()) return surface;
-  return to_world(filling.device, frame.view, std::move(made), std::move(surface), params, timings);
+  return to_world(filling.device, frame.view, std::move(made), std::move(surface), params,
+                  filling.notices, timings);
 }
 
 Surface mesh_frame(const Filling& filling, const ParticleSource& source, const ClosedParams& closed,
@@ -135,13 +140,12 @@ Surface mesh_frame(const Filling& filling, const ParticleSource& source, const C
   const FilledFrame frame = fill_everything(filling, source);
   Surface surface;
   surface.particle_radius = frame.radius;
-  surface.notices = std::move(filling.notices);
   if (!source.team().leads()) return surface;
   check_reach(frame.view, frame.particles, closed.cell);
   return to_world(
       filling.device, frame.view,
       run_closed(filling.device, frame.view, frame.particles, closed, filling.params, timings),
-      std::move(surface), filling.params, timings);
+      std::move(surface), filling.params, filling.notices, timings);
 }
 
 }  // namespace
@@ -158,7 +162,8 @@ Surface extract_closed(Device& device, const ParticleSource& source, const Close
   if (const BorrowedParticles* const all = source.in_memory()) check(*all);
   const TimedKernels timed(device, timings != nullptr);
   StageClock clock(device, timings);
-  std::vector<Notice> notices;
+  device.state().told.clear();
+  Notices notices([&device](const Notice& notice) { device.state().tell(notice); });
   const Camera none;
   const Filling filling{device, none, params, closed.memory, clock, notices};
   return on_threads(host_threads(device.info()), [&] {
@@ -171,6 +176,7 @@ Surface extract_closed(Device& device, const ParticleSource& source, const Close
       surface.mesh = simplify(std::move(surface.mesh), closed.adaptive, surface.particle_radius);
       clock.stop();
     }
+    surface.notices = notices.all();
     return surface;
   });
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "api/extract_sparingly.hpp"
 #include "api/host_threads.hpp"
 #include "api/pipeline.hpp"
 #include "base/parallel.hpp"
@@ -39,7 +40,7 @@ FilledFrame fill_for_layers(const Filling& filling, const ParticleSource& source
   Parameters params = filling.params;
   params.particle_radius = radius;
   params.motion = false;
-  std::vector<Notice> told_before;
+  Notices told_before;
   return fill_whole_frame(
       {filling.device, filling.camera, params, filling.memory, filling.clock, told_before}, source);
 }
@@ -52,7 +53,6 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
   Surface surface;
   surface.camera = filling.camera;
   surface.particle_radius = frame.radius;
-  surface.notices = std::move(filling.notices);
   FilledFrame streamed;  // with all that streamed past the frame
   const bool layers_apart = params.layers > 0 && params.image && source.size() >= kStreamed;
   if (layers_apart) streamed = fill_for_layers(filling, source, frame.radius);
@@ -77,22 +77,32 @@ Surface extract_frame(const Filling& filling, const ParticleSource& source,
     extraction.layers =
         run_layers(device, streamed.view, streamed.particles,
                    front_of(device, frame.view, extraction.image, params.layers), params, timings);
-  return to_world(device, frame.view, std::move(extraction), std::move(surface), params, timings);
+  return to_world(device, frame.view, std::move(extraction), std::move(surface), params,
+                  filling.notices, timings);
 }
 
 }  // namespace
 
 Surface extract(Device& device, const ParticleSource& source, const Camera& camera,
                 const Parameters& params, std::vector<StageTime>* timings, std::size_t memory) {
+  device.state().told.clear();
+  return extract_again(device, source, camera, params, timings, memory);
+}
+
+Surface extract_again(Device& device, const ParticleSource& source, const Camera& camera,
+                      const Parameters& params, std::vector<StageTime>* timings,
+                      std::size_t memory) {
   check(camera);
   check(params);
   if (const BorrowedParticles* const all = source.in_memory()) check(*all);
   const TimedKernels timed(device, timings != nullptr);
   StageClock clock(device, timings);
-  std::vector<Notice> notices;
+  Notices notices([&device](const Notice& notice) { device.state().tell(notice); });
   const Filling filling{device, camera, params, memory, clock, notices};
-  return on_threads(host_threads(device.info()),
-                    [&] { return extract_frame(filling, source, timings); });
+  Surface surface = on_threads(host_threads(device.info()),
+                               [&] { return extract_frame(filling, source, timings); });
+  surface.notices = notices.all();
+  return surface;
 }
 
 Surface extract(Device& device, const BorrowedParticles& particles, const Camera& camera,

@@ -11,13 +11,14 @@ Surface extract_sparingly(Device& device, const ParticleSource& source, const Ca
   if (timings) timings->clear();
   Surface surface;
   try {
-    surface = extract(device, source, camera, parameters, timings, memory / 8);
+    surface = extract_again(device, source, camera, parameters, timings, memory / 8);
   } catch (const InvalidArgument&) {
     throw first;
   }
   surface.notices.push_back(
       {.code = Code::extracted_again,
        .text = "extracted again in smaller chunks after: " + first.notice.text});
+  device.state().tell(surface.notices.back());
   return surface;
 }
 

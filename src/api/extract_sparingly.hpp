@@ -15,4 +15,10 @@ Surface extract_sparingly(Device& device, const ParticleSource& source, const Ca
                           const Parameters& parameters, std::vector<StageTime>* timings,
                           std::size_t memory, const OutOfDeviceMemory& first);
 
+/// extract() that tells nothing that was told since the last call of extract() on the device
+/// (Device::on_notice).
+Surface extract_again(Device& device, const ParticleSource& source, const Camera& camera,
+                      const Parameters& parameters, std::vector<StageTime>* timings,
+                      std::size_t memory);
+
 }  // namespace meniscus

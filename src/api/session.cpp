@@ -16,6 +16,7 @@ struct Session::State {
   std::mutex in_use;
   std::atomic<std::thread::id> user{};  // whose turn it is; nobody's: the number of no thread
   std::atomic<bool> cancelled{false};
+  const char* calling = "progress";  // the callback that ran last
 };
 
 namespace {
@@ -26,17 +27,24 @@ class Turn {
  public:
   Turn(State& state, const Session::Settings& settings) : state_(state) {
     if (state.user == std::this_thread::get_id())
-      throw InvalidArgument(
-          "session: progress calls extract on the session that calls it (take another device)");
+      throw InvalidArgument(std::string("session: ") + state.calling +
+                            " calls extract on the session that calls it (take another device)");
     lock_ = std::unique_lock(state.in_use);
     state.user = std::this_thread::get_id();
     state.cancelled = false;
     state.device.on_stage([&state, &settings](const std::string& stage) {
+      state.calling = "progress";
       if (settings.progress) settings.progress(stage);
       if (state.cancelled) throw Cancelled("cancelled before stage " + stage);
     });
+    if (settings.on_notice)
+      state.device.on_notice([&state, &settings](const Notice& notice) {
+        state.calling = "on_notice";
+        settings.on_notice(notice);
+      });
   }
   ~Turn() {
+    state_.device.on_notice({});
     state_.device.on_stage({});
     state_.user = std::thread::id();
   }

@@ -133,18 +133,19 @@ class Drawing {
   }
 
   void report(std::vector<Notice>& notices) const {
-    std::vector<Notice> own;
+    Notices own;
     if (bad_ > 0) {
       Notice notice = not_finite(bad_, bad_ + drawn_, first_bad_);
       notice.text += params_.strict ? "; leave " + setting("strict") + " away to drop them"
                                     : " and were dropped";
       if (params_.strict) throw InputError(notice);
-      own.push_back(std::move(notice));
+      own.add(std::move(notice));
     }
     velocities_.report("particles", params_, own);
-    for (Notice& notice : own) {
+    for (Notice notice : own.all()) {
       notice.text = name_of(source_) + ": " + notice.text;
       notices.push_back(std::move(notice));
+      device_.state().tell(notices.back());
     }
   }
 
@@ -252,6 +253,7 @@ void draw_whitewater(Device& device, const std::vector<WhitewaterSource>& source
   require(ordered.size() == sources.size(), "draw_whitewater: a source has an unknown type");
   const TimedKernels timed(device, timings != nullptr);
   StageClock clock(device, timings);
+  device.state().told.clear();
   surface.whitewater.clear();
   surface.counts.whitewater = -1;
   const View view = make_view(surface.camera, surface.particle_radius, origin_near(surface));

@@ -28,6 +28,16 @@ void Device::on_stage(std::function<void(const std::string&)> call) {
   state_->on_stage = std::move(call);
 }
 
+void Device::on_notice(std::function<void(const Notice&)> call) {
+  state_->on_notice = std::move(call);
+}
+
+void Device::State::tell(const Notice& notice) {
+  if (!on_notice || std::find(told.begin(), told.end(), notice.text) != told.end()) return;
+  told.push_back(notice.text);
+  on_notice(notice);
+}
+
 std::string Device::State::place() const {
   std::string text = " on \"";
   text += info.name + "\"";

@@ -162,6 +162,8 @@ struct Device::State {
   std::string stage;                                       // named in error messages
   CommandCounts counts;                                    // since the device was opened
   std::function<void(const std::string& stage)> on_stage;  // called as each begins
+  std::function<void(const Notice& notice)> on_notice;     // called as each becomes known
+  std::vector<std::string> told;       // texts of what it was called with in this frame
   LaunchObserver* observer = nullptr;  // while there is one, new buffers hold zeros
   LaunchGuard* guard = nullptr;
   /// When set, what it makes of a kernel file's text is built instead: faults on purpose.
@@ -179,6 +181,8 @@ struct Device::State {
   BuiltKernel& kernel(const std::string& file, const std::string& name, const std::string& options);
   /// The same of a handle, `number` being its own: found without looking for names.
   BuiltKernel& kernel(const char* file, const char* name, int number, int width);
+  /// Calls on_notice, unless it has told the same already.
+  void tell(const Notice& notice);
   /// From now on no program is built.
   void forget_programs();
   void enqueue(BuiltKernel& kernel, const Range& range);

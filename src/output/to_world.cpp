@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cfloat>
 #include <cmath>
 
 #include "base/large_pages.hpp"
 #include "base/parallel.hpp"
-#include "base/printed.hpp"
 #include "device/stage_clock.hpp"
 
 namespace meniscus {
@@ -75,30 +73,10 @@ std::int64_t fill_maps(Device& device, const View& view, const SurfaceBuffers& i
   return covered;
 }
 
-// Coordinates are floats: far from the world's origin they are too coarse for small particles, or
-// for representatives, which are larger.
-void warn_of_coarse_positions(const View& view, Surface& surface) {
-  // Particle radii; rounding loses up to half of it, as much as the error of `fit`.
-  constexpr double kCoarse = 0.1;
-  double farthest = 0;
-  for (const double x : {view.origin.x, view.origin.y, view.origin.z})
-    farthest = std::max(farthest, std::abs(x));
-  const double step = farthest * FLT_EPSILON;
-  if (!(step > kCoarse * view.radius)) return;
-  surface.notices.push_back(
-      {.code = Code::coarse_positions,
-       .text = printed("the particles lie %g from the origin, where single precision has steps of "
-                       "%.2g, and their radius is %g: positions are rounded (move them to the "
-                       "origin where they are written)",
-                       farthest, step, surface.particle_radius),
-       .found = step,
-       .wanted = kCoarse * view.radius});
-}
-
 }  // namespace
 
 Surface to_world(Device& device, const View& view, Extraction extraction, Surface surface,
-                 const Parameters& params, std::vector<StageTime>* timings) {
+                 const Parameters& params, Notices& notices, std::vector<StageTime>* timings) {
   StageClock clock(device, timings);
   clock.start("download");
   const std::int64_t covered =
@@ -114,21 +92,20 @@ Surface to_world(Device& device, const View& view, Extraction extraction, Surfac
   if (params.image) counts.pixels = covered;
   const std::int64_t in_view = counts.in_view + std::max<std::int64_t>(counts.spray, 0);
   if (in_view == 0)
-    surface.notices.push_back(counts.particles == 0
-                                  ? Notice{.code = Code::no_particles,
-                                           .text = "there are no particles: the surface is empty"}
-                                  : Notice{.code = Code::none_in_view,
-                                           .text = "no particle is in view: the surface is empty "
-                                                   "(check where the camera is and looks)",
-                                           .count = counts.particles});
+    notices.add(counts.particles == 0
+                    ? Notice{.code = Code::no_particles,
+                             .text = "there are no particles: the surface is empty"}
+                    : Notice{.code = Code::none_in_view,
+                             .text = "no particle is in view: the surface is empty "
+                                     "(check where the camera is and looks)",
+                             .count = counts.particles});
   else if (in_view > 0 && params.image && covered == 0)
-    surface.notices.push_back(
+    notices.add(
         {.code = Code::none_shown,
          .text = "no pixel shows the particles in view (" + std::to_string(in_view) +
                  "): the surface is empty (check the particle radius, and that no stray particle "
                  "has moved the camera away)",
          .count = in_view});
-  warn_of_coarse_positions(view, surface);
   return surface;
 }
 

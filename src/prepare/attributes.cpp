@@ -11,7 +11,7 @@
 namespace meniscus {
 
 void ValueCheck::report(const std::string& attribute, const Parameters& params,
-                        std::vector<Notice>& notices) const {
+                        Notices& notices) const {
   UsableCheck::report({.code = Code::bad_attribute,
                        .text = attribute + " is NaN, infinite or absurd in " +
                                std::to_string(bad_) + " of " + std::to_string(seen_) + " particles",

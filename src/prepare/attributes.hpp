@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "base/notices.hpp"
 #include "device/device.hpp"
-#include "meniscus/notice.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
 #include "prepare/usable.hpp"
@@ -24,8 +24,7 @@ class ValueCheck : public UsableCheck {
   float checked(float value, std::int64_t place) { return usable(place, value) ? value : kNoValue; }
 
   /// Warns if there were any. Throws InputError when params.strict.
-  void report(const std::string& attribute, const Parameters& params,
-              std::vector<Notice>& notices) const;
+  void report(const std::string& attribute, const Parameters& params, Notices& notices) const;
 };
 
 /// Throws InvalidArgument where two attributes have one name, or one has none.

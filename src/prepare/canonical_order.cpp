@@ -126,7 +126,7 @@ Notice not_finite(std::int64_t bad, std::int64_t size, std::int64_t first) {
 }
 
 void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
-                    const Parameters& params, std::vector<Notice>& notices) {
+                    const Parameters& params, Notices& notices) {
   if (bad == 0) return;
   Notice notice = not_finite(bad, size, first);
   const bool none_left = bad == size;
@@ -134,7 +134,7 @@ void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
                  : params.strict ? "; leave " + setting("strict") + " away to drop them"
                                  : " and were dropped";
   if (none_left || params.strict) throw InputError(notice);
-  notices.push_back(std::move(notice));
+  notices.add(std::move(notice));
 }
 
 Notice coinciding(std::size_t copies, std::size_t size) {
@@ -147,7 +147,7 @@ Notice coinciding(std::size_t copies, std::size_t size) {
 }
 
 std::vector<std::size_t> canonical_order(const BorrowedParticles& p, const Parameters& params,
-                                         std::vector<Notice>& notices) {
+                                         Notices& notices) {
   std::size_t first_bad = 0;
   std::vector<Key> keys = keys_of(p, first_bad);
   report_dropped(static_cast<std::int64_t>(p.size() - keys.size()),
@@ -192,7 +192,7 @@ std::vector<std::size_t> canonical_order(const BorrowedParticles& p, const Param
     }
     copies += found;
   });
-  if (copies > 0) notices.push_back(coinciding(copies, p.size()));
+  if (copies > 0) notices.add(coinciding(copies, p.size()));
   std::vector<std::size_t> order(keys.size());
   for_chunks(keys.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) order[k] = keys[k].index;

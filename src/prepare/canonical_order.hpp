@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/notices.hpp"
 #include "meniscus/borrowed.hpp"
-#include "meniscus/notice.hpp"
 #include "meniscus/parameters.hpp"
 
 namespace meniscus {
@@ -15,7 +15,7 @@ namespace meniscus {
 /// position, then by own radius, then by velocity. Particles that agree in all of them are
 /// interchangeable. Warns of the others (see report_dropped), and of particles at one position.
 std::vector<std::size_t> canonical_order(const BorrowedParticles& particles,
-                                         const Parameters& params, std::vector<Notice>& notices);
+                                         const Parameters& params, Notices& notices);
 
 /// That `bad` of `size` particles, the first of them number `first`, have no finite coordinates.
 Notice not_finite(std::int64_t bad, std::int64_t size, std::int64_t first);
@@ -24,7 +24,7 @@ Notice not_finite(std::int64_t bad, std::int64_t size, std::int64_t first);
 /// coordinates and were dropped. Throws InputError when params.strict, and where none is left:
 /// that is no empty frame but a damaged one.
 void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
-                    const Parameters& params, std::vector<Notice>& notices);
+                    const Parameters& params, Notices& notices);
 
 /// The warning that so many of `size` particles lie where another one does.
 Notice coinciding(std::size_t copies, std::size_t size);

@@ -16,7 +16,7 @@ namespace meniscus {
 namespace {
 
 RadiusEstimate estimate_of(const Particles& particles, std::size_t samples) {
-  std::vector<Notice> told_before;
+  Notices told_before;
   return estimate_radius(particles, canonical_order(particles, {}, told_before), samples);
 }
 
@@ -53,17 +53,18 @@ bool fits(double radius, double fitting) {
 
 }  // namespace
 
-void check_radius(const ParticleSource& source, const Survey& survey, double radius,
-                  std::vector<Notice>& notices) {
+bool check_radius(const ParticleSource& source, const Survey& survey, double radius,
+                  Notices& notices) {
   constexpr double kSpacings = 12;  // along a cube: enough of its particles lie inside
-  if (survey.sample.size() < kTelling) return;
+  if (survey.sample.size() < kTelling) return false;
   const double rough = rough_radius(survey);
-  if (fits(radius, rough)) return;
+  if (fits(radius, rough)) return false;
   constexpr std::size_t kMany = 64;
   const RadiusEstimate estimate =
       estimate_of(some_places(source, survey, kSpacings * 2 * rough), kMany);
-  if (estimate.is_dense && !fits(radius, estimate.radius))
-    notices.push_back(radius_misfit(radius, estimate.radius));
+  if (!estimate.is_dense || fits(radius, estimate.radius)) return false;
+  notices.add(radius_misfit(radius, estimate.radius));
+  return true;
 }
 
 }  // namespace meniscus

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "meniscus/notice.hpp"
+#include "base/notices.hpp"
 #include "meniscus/source.hpp"
 #include "prepare/survey.hpp"
 
@@ -13,8 +13,9 @@ namespace meniscus {
 /// times as far apart as their radius (world units) says. The survey's sample tells about how far
 /// that is. Only where it contradicts the radius are the particles read once more, to look at all
 /// of those in some places. Particles that keep no distance, as those of rain, tell nothing. All
-/// processes of the source's team call this. Throws InputError.
-void check_radius(const ParticleSource& source, const Survey& survey, double radius,
-                  std::vector<Notice>& notices);
+/// processes of the source's team call this. Returns
+/// whether it has warned. Throws InputError.
+bool check_radius(const ParticleSource& source, const Survey& survey, double radius,
+                  Notices& notices);
 
 }  // namespace meniscus

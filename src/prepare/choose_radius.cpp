@@ -32,7 +32,7 @@ RadiusEstimate estimate_of(const ParticleSource& source) {
                        " particles it is not estimated (give " + setting("particle-radius") + ")",
                .count = source.size()});
   const Particles all = read_all(source);
-  std::vector<Notice> repeated;  // of what is reported elsewhere
+  Notices repeated;  // of what is reported elsewhere
   RadiusEstimate estimate;
   if (source.team().leads()) estimate = estimate_radius(all, canonical_order(all, {}, repeated));
   return source.team().from_first(estimate);
@@ -47,22 +47,21 @@ bool draws_own_sizes(const Parameters& params, const RadiusClues& clues, double 
 }
 
 double choose_radius(const Parameters& params, const RadiusClues& clues,
-                     const std::function<RadiusEstimate()>& estimate,
-                     std::vector<Notice>& notices) {
+                     const std::function<RadiusEstimate()>& estimate, Notices& notices) {
   if (params.particle_radius > 0) return params.particle_radius;
   if (clues.middle > 0) {
-    if (!draws_own_sizes(params, clues, clues.middle)) notices.push_back(radii_differ(clues));
+    if (!draws_own_sizes(params, clues, clues.middle)) notices.add(radii_differ(clues));
     return clues.middle;
   }
   if (clues.stated > 0) return clues.stated;
   if (!estimate) return 1;
   const RadiusEstimate made = estimate();
   if (!(made.radius > 0)) {
-    notices.push_back({.code = Code::radius_assumed,
-                       .text = "no particle radius is given, and none can be estimated: 1 is "
-                               "used (give " +
-                               setting("particle-radius") + ")",
-                       .found = 1});
+    notices.add({.code = Code::radius_assumed,
+                 .text = "no particle radius is given, and none can be estimated: 1 is "
+                         "used (give " +
+                         setting("particle-radius") + ")",
+                 .found = 1});
     return 1;
   }
   constexpr double kSure = 1.1;  // the most over the least
@@ -74,11 +73,11 @@ double choose_radius(const Parameters& params, const RadiusClues& clues,
                     made.least, made.most)
           : printed(", to within %.0f %%",
                     std::max(kLeastError, 50 * (made.most / made.least - 1)));
-  notices.push_back({.code = Code::radius_estimated,
-                     .text = "no particle radius is given: estimated " +
-                             printed("%.6g", made.radius) + " from the spacing" + range +
-                             " (give " + setting("particle-radius") + " to override)",
-                     .found = made.radius});
+  notices.add({.code = Code::radius_estimated,
+               .text = "no particle radius is given: estimated " + printed("%.6g", made.radius) +
+                       " from the spacing" + range + " (give " + setting("particle-radius") +
+                       " to override)",
+               .found = made.radius});
   return made.radius;
 }
 
@@ -87,10 +86,9 @@ RadiusClues clues_of(const Survey& survey, const ParticleSource& source) {
           source.particle_radius()};
 }
 
-double choose_radius(const ParticleSource& source, const Parameters& params,
-                     std::vector<Notice>& notices) {
+double choose_radius(const ParticleSource& source, const Parameters& params, Notices& notices) {
   const Survey& survey = survey_of(source);
-  std::vector<Notice> repeated;  // of what is reported elsewhere
+  Notices repeated;  // of what is reported elsewhere
   report_dropped(survey.size - survey.finite, survey.size, survey.first_bad, {}, repeated);
   std::function<RadiusEstimate()> estimate;
   if (survey.finite > 0) estimate = [&] { return estimate_of(source); };

@@ -4,8 +4,8 @@
 #include <functional>
 #include <vector>
 
+#include "base/notices.hpp"
 #include "meniscus/borrowed.hpp"
-#include "meniscus/notice.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/source.hpp"
 #include "prepare/radius_estimate.hpp"
@@ -33,11 +33,10 @@ bool draws_own_sizes(const Parameters& params, const RadiusClues& clues, double 
 ///
 ///   estimate  is called where nothing else tells; empty: there are no particles, any radius does
 double choose_radius(const Parameters& params, const RadiusClues& clues,
-                     const std::function<RadiusEstimate()>& estimate, std::vector<Notice>& notices);
+                     const std::function<RadiusEstimate()>& estimate, Notices& notices);
 
 /// The same of all particles of a source, in every process of its team. Throws InputError as
 /// survey_of(), and where nothing tells and the particles are too many to estimate it.
-double choose_radius(const ParticleSource& source, const Parameters& params,
-                     std::vector<Notice>& notices);
+double choose_radius(const ParticleSource& source, const Parameters& params, Notices& notices);
 
 }  // namespace meniscus

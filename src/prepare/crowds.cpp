@@ -264,12 +264,12 @@ Notice crowded(std::size_t largest, std::size_t dropped, std::size_t had, double
 }
 
 std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<std::size_t> order,
-                                        double radius, std::vector<Notice>& notices) {
+                                        double radius, Notices& notices) {
   if (is_ordinary(p, 2 * radius)) {
     const double factor = order.size() >= kTelling && seem_lonely(p, order, radius)
                               ? 1 / times_too_large(p, order, radius)
                               : 1;
-    if (factor > kTooSmall) notices.push_back(radius_misfit(radius, factor * radius));
+    if (factor > kTooSmall) notices.add(radius_misfit(radius, factor * radius));
     return order;
   }
 
@@ -307,9 +307,9 @@ std::vector<std::size_t> without_crowds(const BorrowedParticles& p, std::vector<
     const double told = times_too_large(p, all, radius);
     const double factor =
         told * kTooSmall < 1 ? told : std::max(told, std::cbrt(static_cast<double>(held)));
-    notices.push_back(radius_misfit(radius, radius / factor));
+    notices.add(radius_misfit(radius, radius / factor));
   }
-  if (dropped > 0) notices.push_back(crowded(largest, dropped, had, radius));
+  if (dropped > 0) notices.add(crowded(largest, dropped, had, radius));
   return order;
 }
 

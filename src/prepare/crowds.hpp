@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "base/notices.hpp"
 #include "meniscus/borrowed.hpp"
-#include "meniscus/notice.hpp"
 
 namespace meniscus {
 
@@ -19,7 +19,7 @@ namespace meniscus {
 ///   radius  of the particles, world units
 std::vector<std::size_t> without_crowds(const BorrowedParticles& particles,
                                         std::vector<std::size_t> order, double radius,
-                                        std::vector<Notice>& notices);
+                                        Notices& notices);
 
 /// What without_crowds() warns of: that so many of `had` particles were dropped from cubes of up to
 /// `largest`; that the particles lie so close together, or so far apart, that another radius would

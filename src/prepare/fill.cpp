@@ -59,7 +59,7 @@ Ordered in_order(const BorrowedParticles& particles, const std::vector<std::size
 
 /// Leaves out velocities and attributes that cannot be used; `order` has their places in the frame.
 void check_values(const std::vector<std::size_t>& order, const Parameters& params,
-                  WorldParticles& world, std::vector<Notice>& notices) {
+                  WorldParticles& world, Notices& notices) {
   const auto place = [&](std::size_t k) { return static_cast<std::int64_t>(order[k]); };
   VelocityCheck velocities;
   for (std::size_t k = 0; k < world.velocity.size(); ++k)
@@ -112,6 +112,7 @@ FilledFrame fill_whole(const Filling& filling, const BorrowedParticles& particle
     origin = origin_of(made.low, made.high, sample);
   }
   frame.view = view(frame.radius, origin);
+  warn_of_coarse_positions(frame.view, frame.radius, filling.notices);
   filling.clock.stop();
   return frame;
 }
@@ -123,6 +124,7 @@ FilledFrame fill_streaming(const Filling& filling, const ParticleSource& source)
   report_dropped(survey.size - survey.finite, survey.size, survey.first_bad, filling.params,
                  filling.notices);
   frame.radius = choose_radius(source, filling.params, filling.notices);
+  const bool misfit_told = check_radius(source, survey, frame.radius, filling.notices);
   frame.all = survey.size;
   const std::array<double, 3> origin = origin_of(survey.low, survey.high, survey.sample);
   // All processes see what the first one sees, to the last bit, whatever machines they run on.
@@ -130,9 +132,10 @@ FilledFrame fill_streaming(const Filling& filling, const ParticleSource& source)
   frame.view = team.from_first(make_view(filling.camera, frame.radius, origin));
   const OnScreen screen = team.from_first(measure_spacing(frame.view, survey));
   frame.factor = thinning(screen, filling.params);
-  if (frame.factor > 1) {
-    check_radius(source, survey, frame.radius, filling.notices);
+  if (frame.factor > 1)
     frame.view = team.from_first(make_view(filling.camera, frame.factor * frame.radius, origin));
+  warn_of_coarse_positions(frame.view, frame.radius, filling.notices);
+  if (frame.factor > 1) {
     thin_frame(filling, source, screen, frame);
     return frame;
   }
@@ -140,8 +143,11 @@ FilledFrame fill_streaming(const Filling& filling, const ParticleSource& source)
   if (!team.leads()) return frame;
   filling.clock.start("order");
   require(kept.size() < (std::size_t{1} << 31), "particles: more than 2^31 - 1 in view");
+  Notices of_crowds;
   const std::vector<std::size_t> order = without_crowds(
-      kept, canonical_order(kept, filling.params, filling.notices), frame.radius, filling.notices);
+      kept, canonical_order(kept, filling.params, filling.notices), frame.radius, of_crowds);
+  for (const Notice& notice : of_crowds.all())
+    if (!misfit_told || notice.code == Code::crowded) filling.notices.add(notice);
   frame.particles =
       in_order(kept, order, frame.radius,
                draws_own_sizes(filling.params, clues_of(survey, source), frame.radius),

@@ -11,8 +11,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/notices.hpp"
 #include "device/stage_clock.hpp"
-#include "meniscus/notice.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/source.hpp"
 #include "prepare/thin.hpp"
@@ -31,7 +31,7 @@ struct Filling {
   const Parameters& params;
   std::size_t memory;  // of the device that the passes over particles that stream may take, bytes
   StageClock& clock;   // runs nothing before and after
-  std::vector<Notice>& notices;
+  Notices& notices;
 };
 
 /// A frame, ready for a method.

@@ -1,7 +1,11 @@
 #include "prepare/origin.hpp"
 
 #include <algorithm>
+#include <cfloat>
+#include <cmath>
 #include <cstddef>
+
+#include "base/printed.hpp"
 
 namespace meniscus {
 
@@ -37,6 +41,25 @@ std::array<double, 3> origin_of(const std::array<float, 3>& low, const std::arra
     origin[k] = 0.5f * first + 0.5f * last;
   }
   return origin;
+}
+
+void warn_of_coarse_positions(const View& view, double particle_radius, Notices& notices) {
+  // View radii, which representatives have larger; rounding loses up to half of it, as much as the
+  // error of `fit`.
+  constexpr double kCoarse = 0.1;
+  double farthest = 0;
+  for (const double x : {view.origin.x, view.origin.y, view.origin.z})
+    farthest = std::max(farthest, std::abs(x));
+  const double step = farthest * FLT_EPSILON;
+  if (!(step > kCoarse * view.radius)) return;
+  notices.add(
+      {.code = Code::coarse_positions,
+       .text = printed("the particles lie %g from the origin, where single precision has steps of "
+                       "%.2g, and their radius is %g: positions are rounded (move them to the "
+                       "origin where they are written)",
+                       farthest, step, particle_radius),
+       .found = step,
+       .wanted = kCoarse * view.radius});
 }
 
 }  // namespace meniscus

@@ -10,6 +10,7 @@
 #include "meniscus/error.hpp"
 #include "prepare/attributes.hpp"
 #include "prepare/canonical_order.hpp"
+#include "prepare/check_radius.hpp"
 #include "prepare/choose_radius.hpp"
 #include "prepare/collect.hpp"
 #include "prepare/crowds.hpp"
@@ -52,8 +53,7 @@ class Checks {
     for (std::size_t a = 0; a < chunk.attributes.size(); ++a)
       values_[a].checked(chunk.attributes[a][i], place);
   }
-  void report(const ParticleSource& source, const Parameters& params,
-              std::vector<Notice>& notices) const {
+  void report(const ParticleSource& source, const Parameters& params, Notices& notices) const {
     joined(source.team(), velocities_).report("particles", params, notices);
     for (std::size_t a = 0; a < values_.size(); ++a)
       joined(source.team(), values_[a]).report(source.attributes()[a], params, notices);
@@ -196,9 +196,11 @@ PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, d
   report_dropped(survey.size - survey.finite, survey.size, survey.first_bad, params,
                  filling.notices);
   frame.radius = choose_radius(source, params, filling.notices);
+  frame.misfit_told = check_radius(source, survey, frame.radius, filling.notices);
   frame.all = survey.size;
   frame.view = team.from_first(
       make_world_view(frame.radius, origin_of(survey.low, survey.high, survey.sample)));
+  warn_of_coarse_positions(frame.view, frame.radius, filling.notices);
   frame.moving = params.motion && source.has_velocity();
   frame.counts.blocks = blocks_of_cubes(block);
   CubeCounter counter(frame.counts.blocks * block);
@@ -214,9 +216,9 @@ PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, d
                        checks.look_at(chunk, i);
                      }
                    });
-  const std::size_t notices_before = filling.notices.size();
+  const std::size_t notices_before = filling.notices.all().size();
   checks.report(source, params, filling.notices);
-  frame.all_known = filling.notices.size() == notices_before;
+  frame.all_known = filling.notices.all().size() == notices_before;
   std::map<std::array<std::int32_t, 3>, std::int64_t> all;
   for (const CubeCounts::Cube& cube : team.joined(counter.cubes())) all[cube.at] += cube.count;
   for (const auto& [at, count] : all) frame.counts.cubes.push_back({at, count});
@@ -251,18 +253,17 @@ std::vector<std::size_t> order_of_part(const PartedFrame& frame, const Particles
     return owns_all ||
            own.holds(eye_from_world(frame.view, {particles.x[i], particles.y[i], particles.z[i]}));
   };
-  std::vector<Notice> notices;
-  std::vector<std::size_t> order = canonical_order(particles, {}, notices);
+  Notices told_before, of_crowds;
+  std::vector<std::size_t> order = canonical_order(particles, {}, told_before);
   for (std::size_t k = 0; k < order.size(); ++k) {
     if (!is_own(order[k])) continue;
     ++tally.had;
     if (k > 0 && at_one_position(particles, order[k - 1], order[k])) ++tally.copies;
   }
-  notices.clear();
-  order = without_crowds(particles, std::move(order), frame.radius, notices);
+  order = without_crowds(particles, std::move(order), frame.radius, of_crowds);
   tally.dropped =
       tally.had - static_cast<std::int64_t>(std::count_if(order.begin(), order.end(), is_own));
-  for (const Notice& notice : notices) {
+  for (const Notice& notice : of_crowds.all()) {
     if (notice.code == Code::crowded && tally.dropped > 0) tally.largest = notice.found;
     if (notice.code == Code::radius_too_large) tally.too_large = notice.found / notice.wanted;
     if (notice.code == Code::radius_too_small) tally.too_small = notice.wanted / notice.found;
@@ -289,7 +290,7 @@ PlacedParticles fill_part(const Filling& filling, const ParticleSource& source,
                           const EvenedPlaces& evened) {
   filling.clock.start("order");
   const Particles mine = pick_evened(source, frame, boxes, evened);
-  std::vector<Notice> told_before;
+  Notices told_before;
   PlacedParticles part;
   part.particles =
       particles_in_order(mine, canonical_order(mine, {}, told_before), frame.radius, frame.moving);
@@ -303,8 +304,7 @@ PlacedParticles fill_part(const Filling& filling, const ParticleSource& source,
   return part;
 }
 
-void report(const std::vector<PartTally>& tallies, const PartedFrame& frame,
-            std::vector<Notice>& notices) {
+void report(const std::vector<PartTally>& tallies, const PartedFrame& frame, Notices& notices) {
   PartTally all;
   // What a part says of the radius counts where all say so that can tell.
   double too_large = SpaceBox::kFar, too_small = SpaceBox::kFar;
@@ -318,14 +318,14 @@ void report(const std::vector<PartTally>& tallies, const PartedFrame& frame,
     too_small = std::min(too_small, part.too_small);
   }
   const auto size = static_cast<std::size_t>(frame.all), had = static_cast<std::size_t>(all.had);
-  if (all.copies > 0) notices.push_back(coinciding(static_cast<std::size_t>(all.copies), size));
-  if (too_large > 0 && too_large < SpaceBox::kFar)
-    notices.push_back(radius_misfit(frame.radius, frame.radius / too_large));
-  if (too_small > 0 && too_small < SpaceBox::kFar)
-    notices.push_back(radius_misfit(frame.radius, frame.radius * too_small));
+  if (all.copies > 0) notices.add(coinciding(static_cast<std::size_t>(all.copies), size));
+  if (!frame.misfit_told && too_large > 0 && too_large < SpaceBox::kFar)
+    notices.add(radius_misfit(frame.radius, frame.radius / too_large));
+  if (!frame.misfit_told && too_small > 0 && too_small < SpaceBox::kFar)
+    notices.add(radius_misfit(frame.radius, frame.radius * too_small));
   if (all.dropped > 0)
-    notices.push_back(crowded(static_cast<std::size_t>(all.largest),
-                              static_cast<std::size_t>(all.dropped), had, frame.radius));
+    notices.add(crowded(static_cast<std::size_t>(all.largest),
+                        static_cast<std::size_t>(all.dropped), had, frame.radius));
 }
 
 }  // namespace meniscus

@@ -17,12 +17,13 @@ namespace meniscus {
 
 /// What a frame is like as a whole.
 struct PartedFrame {
-  double radius = 0;      // of the particles, world units
-  View view;              // make_world_view()
-  std::int64_t all = 0;   // particles
-  bool moving = false;    // whether they carry velocities
-  bool all_known = true;  // whether all values that they carry can be used
-  CubeCounts counts;      // of particles; none where the frame needs no parts
+  double radius = 0;         // of the particles, world units
+  View view;                 // make_world_view()
+  std::int64_t all = 0;      // particles
+  bool moving = false;       // whether they carry velocities
+  bool all_known = true;     // whether all values that they carry can be used
+  bool misfit_told = false;  // whether survey_parts() has warned of the radius
+  CubeCounts counts;         // of particles; none where the frame needs no parts
 };
 
 /// Looks at a frame whose blocks of cells have a side of `block` particle radii. Warns of what was
@@ -82,7 +83,6 @@ PlacedParticles fill_part(const Filling& filling, const ParticleSource& source,
                           const EvenedPlaces& evened);
 
 /// Warns of what all parts together had.
-void report(const std::vector<PartTally>& tallies, const PartedFrame& frame,
-            std::vector<Notice>& notices);
+void report(const std::vector<PartTally>& tallies, const PartedFrame& frame, Notices& notices);
 
 }  // namespace meniscus

@@ -69,7 +69,7 @@ Disorder find_disorder(const ParticleSource& source, const View& view, const Par
   const CellsAround around(places, view.radius);
   const Particles found =
       positions_where(source, [&](float x, float y, float z) { return around.holds(x, y, z); });
-  std::vector<Notice> of_some;  // what is wrong with all of them is told elsewhere
+  Notices of_some;  // what is wrong with all of them is told elsewhere
   const std::vector<std::size_t> order =
       without_crowds(found, canonical_order(found, {}, of_some), view.radius, of_some);
   const WorldParticles world = particles_in_order(found, order, view.radius, false);

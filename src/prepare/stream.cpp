@@ -25,15 +25,14 @@ Vec3 checked_velocity(const ParticleChunk& chunk, std::size_t i, VelocityCheck& 
 }
 
 // Reports what all processes saw of the velocities of what passes.
-void report(Team& team, const VelocityCheck& seen, const Parameters& params,
-            std::vector<Notice>& notices) {
+void report(Team& team, const VelocityCheck& seen, const Parameters& params, Notices& notices) {
   VelocityCheck all;
   for (const VelocityCheck& one : team.joined<VelocityCheck>({seen})) all.add(one);
   all.report("particles near what is seen", params, notices);
 }
 
 void report(Team& team, const std::vector<std::string>& names, const std::vector<ValueCheck>& seen,
-            const Parameters& params, std::vector<Notice>& notices) {
+            const Parameters& params, Notices& notices) {
   for (std::size_t a = 0; a < seen.size(); ++a) {
     ValueCheck all;
     for (const ValueCheck& one : team.joined<ValueCheck>({seen[a]})) all.add(one);

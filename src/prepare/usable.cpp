@@ -14,8 +14,7 @@ void UsableCheck::add(const UsableCheck& other) {
   first_bad_ = std::min(first_bad_, other.first_bad_);
 }
 
-void UsableCheck::report(Notice notice, const Parameters& params,
-                         std::vector<Notice>& notices) const {
+void UsableCheck::report(Notice notice, const Parameters& params, Notices& notices) const {
   if (bad_ == 0) return;
   notice.text += " (the first is particle " + std::to_string(first_bad_) + ")";
   notice.text += params.strict ? "; leave " + setting("strict") + " away to do without them"
@@ -24,7 +23,7 @@ void UsableCheck::report(Notice notice, const Parameters& params,
   notice.count = bad_;
   notice.of = seen_;
   if (params.strict) throw InputError(notice);
-  notices.push_back(std::move(notice));
+  notices.add(std::move(notice));
 }
 
 }  // namespace meniscus

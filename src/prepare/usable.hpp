@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "meniscus/notice.hpp"
+#include "base/notices.hpp"
 #include "meniscus/parameters.hpp"
 
 namespace meniscus {
@@ -32,7 +32,7 @@ class UsableCheck {
  protected:
   /// Adds the notice, whose text says what is wrong with how many, if there were any. Throws
   /// InputError when params.strict.
-  void report(Notice notice, const Parameters& params, std::vector<Notice>& notices) const;
+  void report(Notice notice, const Parameters& params, Notices& notices) const;
 
   std::int64_t seen_ = 0, bad_ = 0, first_bad_ = std::numeric_limits<std::int64_t>::max();
 };

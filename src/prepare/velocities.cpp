@@ -3,7 +3,7 @@
 namespace meniscus {
 
 void VelocityCheck::report(const std::string& among, const Parameters& params,
-                           std::vector<Notice>& notices) const {
+                           Notices& notices) const {
   UsableCheck::report({.code = Code::bad_velocities,
                        .text = std::to_string(bad_) + " of " + std::to_string(seen_) + " " + among +
                                " have NaN, infinite or absurd velocities"},

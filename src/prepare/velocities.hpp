@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "meniscus/notice.hpp"
+#include "base/notices.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
 #include "prepare/usable.hpp"
@@ -29,8 +29,7 @@ class VelocityCheck : public UsableCheck {
   /// Warns if there were any. Throws InputError when params.strict.
   ///
   ///   among  whose velocities they are: "particles"
-  void report(const std::string& among, const Parameters& params,
-              std::vector<Notice>& notices) const;
+  void report(const std::string& among, const Parameters& params, Notices& notices) const;
 };
 
 }  // namespace meniscus

@@ -100,7 +100,7 @@ void expect_same(const Extraction& made, const Extraction& whole, const std::str
 void expect_same_in_parts(const Particles& particles, const Disorder& disorder = {}) {
   Device device;
   StageClock clock(device, nullptr);
-  std::vector<Notice> notices;
+  Notices notices;
   const Camera none;
   const Parameters params;
   const ClosedParams closed;

@@ -432,7 +432,7 @@ TEST_F(ExtractSource, ACrowdIsADropInFramesOfAnySize) {
 TEST_F(ExtractSource, ACrowdDoesNotTouchTheEstimatedRadius) {
   Particles particles = dam_in_a_box();
   particles.particle_radius = 0;
-  std::vector<Notice> notices;
+  Notices notices;
   const double alone = choose_radius(*source_of(particles), {}, notices);
   for (std::vector<float>* values :
        {&particles.x, &particles.y, &particles.z, &particles.vx, &particles.vy, &particles.vz})

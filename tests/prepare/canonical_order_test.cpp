@@ -24,7 +24,7 @@ Particles particles_at(const std::vector<std::array<float, 3>>& points) {
 }
 
 TEST(CanonicalOrder, IsByXThenYThenZ) {
-  std::vector<Notice> notices;
+  Notices notices;
   const float big = std::numeric_limits<float>::max(), tiny = 1e-42f;  // a denormal
   const Particles p = particles_at({{2, 0, 0},
                                     {-1, 5, 1},
@@ -36,11 +36,11 @@ TEST(CanonicalOrder, IsByXThenYThenZ) {
                                     {-tiny, 0, 0},
                                     {0, 0, 0}});
   EXPECT_THAT(canonical_order(p, {}, notices), ElementsAre(5, 3, 2, 1, 7, 8, 6, 0, 4));
-  EXPECT_TRUE(notices.empty());
+  EXPECT_TRUE(notices.all().empty());
 }
 
 TEST(CanonicalOrder, BothZerosAreOneValue) {
-  std::vector<Notice> notices;
+  Notices notices;
   EXPECT_THAT(canonical_order(particles_at({{0, 2, 0}, {-0.0f, 1, 0}, {0, 0, 0}}), {}, notices),
               ElementsAre(2, 1, 0));
   EXPECT_THAT(canonical_order(particles_at({{-0.0f, 2, 0}, {0, 1, 0}, {-0.0f, 0, 0}}), {}, notices),
@@ -48,24 +48,25 @@ TEST(CanonicalOrder, BothZerosAreOneValue) {
 }
 
 TEST(CanonicalOrder, TellsOfParticlesAtOnePosition) {
-  std::vector<Notice> notices;
+  Notices notices;
   canonical_order(particles_at({{1, 1, 1}, {1, 1, 2}, {1, 2, 1}, {2, 1, 1}}), {}, notices);
-  EXPECT_TRUE(notices.empty());
+  EXPECT_TRUE(notices.all().empty());
   canonical_order(
       particles_at({{1, 1, 2}, {0, 1, 1}, {1, 1, 1}, {1, 1, 2}, {-0.0f, 1, 1}, {1, 1, 2}}), {},
       notices);
-  EXPECT_THAT(texts(notices), ElementsAre(HasSubstr("of 6 particles 3 lie exactly where another")));
+  EXPECT_THAT(texts(notices.all()),
+              ElementsAre(HasSubstr("of 6 particles 3 lie exactly where another")));
 }
 
 TEST(CanonicalOrder, RadiiDecideAtOnePlace) {
-  std::vector<Notice> notices;
+  Notices notices;
   Particles p = particles_at({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}});
   p.radius = {3, 1, 2};
   EXPECT_THAT(canonical_order(p, {}, notices), ElementsAre(1, 2, 0));
 }
 
 TEST(CanonicalOrder, VelocitiesDecideBetweenOneRadius) {
-  std::vector<Notice> notices;
+  Notices notices;
   Particles p = particles_at({{1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}});
   p.radius = {2, 2, 2, 1};
   p.vx = {-1, -1, -2, 9};
@@ -89,7 +90,7 @@ TEST(CanonicalOrder, GivesTheSameSequenceForEveryOrderOfInput) {
   std::sort(wanted.begin(), wanted.end());
   for (int round = 0; round < 3; ++round) {
     std::shuffle(points.begin(), points.end(), random);
-    std::vector<Notice> notices;
+    Notices notices;
     std::vector<std::array<float, 3>> sorted;
     for (const std::size_t i : canonical_order(particles_at(points), {}, notices))
       sorted.push_back(points[i]);
@@ -109,7 +110,7 @@ TEST(CanonicalOrder, IsByAllOfXHoweverFarItReaches) {
     }
     auto wanted = points;
     std::sort(wanted.begin(), wanted.end());
-    std::vector<Notice> notices;
+    Notices notices;
     std::vector<std::array<float, 3>> sorted;
     for (const std::size_t i : canonical_order(particles_at(points), {}, notices))
       sorted.push_back(points[i]);
@@ -121,11 +122,11 @@ TEST(CanonicalOrder, DropsWhatIsNotFiniteAndSaysSo) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float inf = std::numeric_limits<float>::infinity();
   const Particles p = particles_at({{1, 0, 0}, {0, nan, 0}, {0, 0, 0}, {0, 0, -inf}, {nan, 0, 0}});
-  std::vector<Notice> notices;
+  Notices notices;
   EXPECT_THAT(canonical_order(p, {}, notices), ElementsAre(2, 0));
-  ASSERT_EQ(notices.size(), 1u);
-  EXPECT_THAT(texts(notices)[0], HasSubstr("3 of 5 particles"));
-  EXPECT_THAT(texts(notices)[0], HasSubstr("particle 1)"));
+  ASSERT_EQ(notices.all().size(), 1u);
+  EXPECT_THAT(texts(notices.all())[0], HasSubstr("3 of 5 particles"));
+  EXPECT_THAT(texts(notices.all())[0], HasSubstr("particle 1)"));
   Parameters strict;
   strict.strict = true;
   EXPECT_THROW(canonical_order(p, strict, notices), InputError);

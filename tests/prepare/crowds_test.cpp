@@ -56,7 +56,7 @@ class Crowds : public testing::Test {
               [&](std::size_t a, std::size_t b) { return points_[a] < points_[b]; });
     Particles p;
     for (const auto& [x, y, z] : points_) add_position(p, {x, y, z});
-    notices_.clear();
+    notices_ = {};
     std::vector<Point> points;
     for (const std::size_t i : without_crowds(p, order, kRadius, notices_))
       points.push_back(points_[i]);
@@ -65,7 +65,7 @@ class Crowds : public testing::Test {
 
   std::mt19937 random_{3};
   std::vector<Point> points_;
-  std::vector<Notice> notices_;
+  Notices notices_;
 };
 
 TEST_F(Crowds, LeaveFluidAlone) {
@@ -77,7 +77,7 @@ TEST_F(Crowds, LeaveFluidAlone) {
   std::vector<Point> all = points_;
   std::sort(all.begin(), all.end());
   EXPECT_EQ(left(), all);
-  EXPECT_THAT(texts(notices_), IsEmpty());
+  EXPECT_THAT(texts(notices_.all()), IsEmpty());
 }
 
 // However long the rows of cubes are, and however large the table of counts, 2^12 to 2^17 here.
@@ -93,7 +93,7 @@ TEST_F(Crowds, LeaveFluidOfAnySizeAlone) {
         add({along(k % long_side), along(k / long_side % wide), along(k / long_side / wide)});
       }
       EXPECT_EQ(left().size(), points_.size()) << count << ", " << wide << " wide";
-      EXPECT_THAT(texts(notices_), IsEmpty()) << count << ", " << wide << " wide";
+      EXPECT_THAT(texts(notices_.all()), IsEmpty()) << count << ", " << wide << " wide";
     }
 }
 
@@ -101,8 +101,9 @@ TEST_F(Crowds, OfOnePositionAreOneParticle) {
   for (int k = 0; k < 5000; ++k) add({k % 2 ? 0.0f : -0.0f, 0.25f, 0.75f});
   add({0.5f, 0.5f, 0.5f});
   EXPECT_THAT(left(), ElementsAre(Point{0, 0.25f, 0.75f}, Point{0.5f, 0.5f, 0.5f}));
-  EXPECT_THAT(texts(notices_), ElementsAre("up to 5001 particles crowd into a cube of one particle "
-                                           "spacing, 1: 4999 of 5001 were dropped"));
+  EXPECT_THAT(texts(notices_.all()),
+              ElementsAre("up to 5001 particles crowd into a cube of one particle "
+                          "spacing, 1: 4999 of 5001 were dropped"));
 }
 
 // The last at one position in canonical order: the largest.
@@ -126,8 +127,8 @@ TEST_F(Crowds, LeaveFourOfACube) {
   EXPECT_EQ(kept.size(), some.size());
   EXPECT_TRUE(std::includes(all.begin(), all.end(), kept.begin(), kept.end()));
   for (const Point& point : block) EXPECT_TRUE(kept.count(point));
-  ASSERT_EQ(notices_.size(), 1u);
-  EXPECT_THAT(texts(notices_)[0], testing::HasSubstr(": 2981 of 4745 were dropped"));
+  ASSERT_EQ(notices_.all().size(), 1u);
+  EXPECT_THAT(texts(notices_.all())[0], testing::HasSubstr(": 2981 of 4745 were dropped"));
   for (int round = 0; round < 3; ++round) {
     std::shuffle(points_.begin(), points_.end(), random_);
     EXPECT_EQ(left(), some);
@@ -137,14 +138,14 @@ TEST_F(Crowds, LeaveFourOfACube) {
 TEST_F(Crowds, TellThatTheRadiusIsWrong) {
   add_block(16, 0.5);
   EXPECT_EQ(left().size(), points_.size());
-  EXPECT_THAT(texts(notices_),
+  EXPECT_THAT(texts(notices_.all()),
               ElementsAre(testing::ContainsRegex(
                   "^a particle radius of 0.5 means a spacing of 1, but the particles lie about "
                   "0.[45][0-9]* apart: 0.2[45][0-9]* would fit \\(check particle_radius\\)$")));
   points_.clear();
   add_block(20, 0.2);
   EXPECT_LT(left().size(), 1000u);
-  EXPECT_THAT(texts(notices_),
+  EXPECT_THAT(texts(notices_.all()),
               ElementsAre(testing::ContainsRegex("lie about 0.(19[0-9]|2) apart"),
                           testing::ContainsRegex("crowd into .* of 8000 were dropped$")));
 }
@@ -152,12 +153,12 @@ TEST_F(Crowds, TellThatTheRadiusIsWrong) {
 TEST_F(Crowds, TellHowWrongTheRadiusIs) {
   add_block(16, 0.025);
   left();
-  EXPECT_THAT(texts(notices_),
+  EXPECT_THAT(texts(notices_.all()),
               testing::Contains(testing::ContainsRegex("about 0.02[45][0-9]* apart")));
   for (Point& point : points_)
     for (float& x : point) x /= 100;
   left();
-  EXPECT_THAT(texts(notices_),
+  EXPECT_THAT(texts(notices_.all()),
               testing::Contains(testing::ContainsRegex("about 0.0002[45][0-9]* apart")));
 }
 
@@ -166,10 +167,10 @@ TEST_F(Crowds, TellThatTheRadiusIsTooSmall) {
     points_.clear();
     add_block(16, spacing);
     EXPECT_EQ(left().size(), points_.size());
-    ASSERT_EQ(notices_.size(), 1u) << spacing;
-    EXPECT_THAT(texts(notices_)[0], testing::HasSubstr("means a spacing of 1, but"));
-    EXPECT_EQ(notices_[0].code, Code::radius_too_small);
-    EXPECT_NEAR(notices_[0].wanted, spacing / 2, 0.05 * spacing);
+    ASSERT_EQ(notices_.all().size(), 1u) << spacing;
+    EXPECT_THAT(texts(notices_.all())[0], testing::HasSubstr("means a spacing of 1, but"));
+    EXPECT_EQ(notices_.all()[0].code, Code::radius_too_small);
+    EXPECT_NEAR(notices_.all()[0].wanted, spacing / 2, 0.05 * spacing);
   }
 }
 
@@ -181,9 +182,9 @@ TEST_F(Crowds, TellThatTheRadiusIsTooSmallForALattice) {
       add({spacing * static_cast<float>(k % 10), spacing * static_cast<float>(k / 10 % 10),
            spacing * static_cast<float>(k / 100)});
     EXPECT_EQ(left().size(), points_.size());
-    ASSERT_EQ(notices_.size(), 1u) << spacing;
-    EXPECT_EQ(notices_[0].code, Code::radius_too_small) << texts(notices_)[0];
-    EXPECT_NEAR(notices_[0].wanted, spacing / 2, 0.05 * spacing);
+    ASSERT_EQ(notices_.all().size(), 1u) << spacing;
+    EXPECT_EQ(notices_.all()[0].code, Code::radius_too_small) << texts(notices_.all())[0];
+    EXPECT_NEAR(notices_.all()[0].wanted, spacing / 2, 0.05 * spacing);
   }
 }
 
@@ -192,7 +193,7 @@ TEST_F(Crowds, OfRainTellNothingOfTheRadius) {
     points_.clear();
     for (int k = 0; k < 4000; ++k) add({between(0, wide), between(0, wide), between(0, wide)});
     left();
-    EXPECT_THAT(texts(notices_), IsEmpty()) << wide;
+    EXPECT_THAT(texts(notices_.all()), IsEmpty()) << wide;
   }
 }
 
@@ -203,7 +204,7 @@ TEST_F(Crowds, LeaveWhatIsSaidOfTheRadius) {
   for (const double spacing : {0.5, 0.55, 0.6, 0.65, 0.7, 0.8}) {
     const auto telling = [&] {
       left();
-      return std::count_if(notices_.begin(), notices_.end(), [](const Notice& notice) {
+      return std::count_if(notices_.all().begin(), notices_.all().end(), [](const Notice& notice) {
         return notice.code == Code::radius_too_small || notice.code == Code::radius_too_large;
       });
     };
@@ -224,12 +225,12 @@ TEST_F(Crowds, LeaveWhatIsSaidOfTheRadius) {
 TEST_F(Crowds, OfFewTellNothingOfTheRadius) {
   add_crowd(12, 0, 1);
   left();
-  EXPECT_THAT(texts(notices_), IsEmpty());
+  EXPECT_THAT(texts(notices_.all()), IsEmpty());
 }
 
 TEST_F(Crowds, HaveNothingToSayOfNothing) {
   EXPECT_THAT(left(), IsEmpty());
-  EXPECT_THAT(texts(notices_), IsEmpty());
+  EXPECT_THAT(texts(notices_.all()), IsEmpty());
 }
 
 }  // namespace

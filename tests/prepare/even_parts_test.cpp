@@ -42,7 +42,7 @@ Particles long_bar() {
 // Where all of a frame's particles go that are evened out at once.
 EvenedPlaces even_at_once(const Particles& particles, const PartedFrame& frame,
                           const Disorder& disorder) {
-  std::vector<Notice> notices;
+  Notices notices;
   const std::vector<std::size_t> order =
       without_crowds(particles, canonical_order(particles, {}, notices), frame.radius, notices);
   Projected placed = place_particles(coarser(frame.view, disorder.unit()),
@@ -69,7 +69,7 @@ void expect_bits_of_all(const Disorder& disorder) {
   const auto share_of = [&](Team& team, const ParticleSource& source) {
     Device device;
     StageClock clock(device, nullptr);
-    std::vector<Notice> notices;
+    Notices notices;
     const Camera none;
     const Parameters params;
     const Filling filling{device, none, params, std::size_t{1} << 20, clock, notices};

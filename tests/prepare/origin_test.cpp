@@ -1,7 +1,7 @@
 // Where the device's coordinates begin, and that a particle far away does not spoil the others.
 #include "prepare/origin.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <cfloat>
 #include <cmath>
@@ -9,6 +9,7 @@
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
 #include "stages/vec.hpp"
+#include "texts.hpp"
 
 namespace meniscus {
 namespace {
@@ -20,6 +21,18 @@ Sample row(int count) {
   Sample sample;
   for (int k = 0; k < count; ++k) sample.push_back({static_cast<float>(k), 0, 5});
   return sample;
+}
+
+TEST(Origin, IsWarnedOfWhereFloatsAreTooCoarseForTheParticles) {
+  // A tenth of the radius, .005, is a step of floats from .005 / 2^-23 = 41,943 on.
+  const auto warnings = [](double x) {
+    Notices notices;
+    warn_of_coarse_positions(make_world_view(0.05, {0, -x, 1}), 0.05, notices);
+    return texts(notices.all());
+  };
+  EXPECT_THAT(warnings(41'900), testing::IsEmpty());
+  EXPECT_THAT(warnings(42'000),
+              testing::ElementsAre(testing::HasSubstr("the particles lie 42000 from the origin")));
 }
 
 TEST(Origin, IsTheMiddleOfTheBounds) {

@@ -32,7 +32,7 @@ Particles shaken(int nx, int ny, int nz) {
 }
 
 RadiusEstimate estimate(const Particles& p) {
-  std::vector<Notice> notices;
+  Notices notices;
   return estimate_radius(p, canonical_order(p, {}, notices));
 }
 
@@ -63,13 +63,13 @@ TEST(RadiusEstimate, OfRainTellsNoFluid) {
 
 // Particles that a solver has compressed, of radius .025.
 TEST(RadiusEstimate, OfARealFrameIsAsNearAsItSays) {
-  std::vector<Notice> notices;
+  Notices notices;
   const double found =
       choose_radius(*open_particles(std::string(MENISCUS_TEST_DATA) +
                                     "/splashsurf/dam_break_frame_9_6859_particles.bgeo"),
                     {}, notices);
-  ASSERT_EQ(notices.size(), 1u);
-  const std::string words = "to within ", text = to_string(notices[0]);
+  ASSERT_EQ(notices.all().size(), 1u);
+  const std::string words = "to within ", text = to_string(notices.all()[0]);
   ASSERT_NE(text.find(words), std::string::npos) << text;
   const double percent = std::stod(text.substr(text.find(words) + words.size()));
   EXPECT_NEAR(found, 0.025, percent / 100 * found);
@@ -84,7 +84,7 @@ TEST(RadiusEstimate, OfMillionsInAnyOrderTakesNoLongerThanToSortThem) {
   for (std::size_t k = 0; k < kMany; ++k)
     add_position(p, {place(random), place(random), place(random)});
   using Clock = std::chrono::steady_clock;
-  std::vector<Notice> notices;
+  Notices notices;
   const Clock::time_point start = Clock::now();
   const std::vector<std::size_t> order = canonical_order(p, {}, notices);
   const Clock::time_point sorted = Clock::now();

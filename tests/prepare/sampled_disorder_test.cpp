@@ -49,7 +49,7 @@ Particles particles_anywhere() {
 
 // Of all particles: more of them than a whole frame's own disorder asks.
 Disorder disorder_of_all(const Particles& particles) {
-  std::vector<Notice> notices;
+  Notices notices;
   std::vector<std::size_t> order(particles.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const WorldParticles world = particles_in_order(particles, order, kRadius, false);

@@ -105,10 +105,10 @@ void settle_radius(const ExtractOptions& options, const ParticleSource& particle
     settings.others_radius =
         particles.has_radius() ? survey_of(particles).middle_radius : particles.particle_radius();
   } else if (!particles.has_radius()) {
-    std::vector<Notice> notices;
+    Notices notices;
     settings.parameters.particle_radius =
         naming(path, [&] { return choose_radius(particles, options.parameters, notices); });
-    for (const Notice& notice : notices) warn(path + ", for all frames: " + words_of(notice));
+    for (const Notice& notice : notices.all()) warn(path + ", for all frames: " + words_of(notice));
   }
 }
 
