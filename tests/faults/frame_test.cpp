@@ -26,6 +26,15 @@ TEST_F(FaultyFrame, IsExtractedAgainWhenMemoryRanOutOnce) {
   EXPECT_EQ(read("b.ply"), read("a.ply"));
 }
 
+TEST_F(FaultyFrame, WarnsOnceThoughItIsExtractedTwice) {
+  write_particles("in.ply", block(12), 1);
+  const Outcome outcome =
+      run_well(words("b"), failing({{"MENISCUS_FAIL_CALL", "clEnqueueNDRangeKernel:5"}}));
+  const auto first = outcome.err.find("would fit (check --particle-radius)");
+  EXPECT_LT(first, outcome.err.find("extracted again in smaller chunks"));
+  EXPECT_EQ(outcome.err.find("would fit", first + 1), std::string::npos) << outcome.err;
+}
+
 TEST_F(FaultyFrame, AsksForABufferAgain) {
   write_particles("in.ply", block(4));
   run_well(words("a"));

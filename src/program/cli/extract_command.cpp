@@ -69,7 +69,7 @@ void run_frame(const ExtractOptions& options) {
 
   // Camera and device before the particles, which may take long to read.
   const std::optional<Camera> given = given_camera(options, team.leads());
-  FrameDevice opened(options, programs_of, options.quiet || !team.leads());
+  FrameDevice opened(options, programs_of, team);
   Working& working = opened.working;
   Device& device = opened.device;
 

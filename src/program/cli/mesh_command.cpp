@@ -26,7 +26,7 @@ void mesh_one(const ExtractOptions& options) {
   // Under mpirun all processes do all that follows, and the first one alone writes and speaks.
   Team& team = launched_team();
   if (team.leads()) probe_files(options);
-  FrameDevice opened(options, closed_programs, options.quiet || !team.leads());
+  FrameDevice opened(options, closed_programs, team);
   Working& working = opened.working;
 
   const Talk say(options.quiet || !team.leads());

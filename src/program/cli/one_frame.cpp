@@ -18,13 +18,17 @@
 
 namespace meniscus::cli {
 
-FrameDevice::FrameDevice(const ExtractOptions& options, ProgramsOf& programs_of, bool quiet)
+FrameDevice::FrameDevice(const ExtractOptions& options, ProgramsOf& programs_of, Team& team)
     : info(select_device(options.device, &why)),
       device(info),
       programs(programs_of(options.parameters, device.state())),
-      working(programs.size(), quiet),
+      working(programs.size(), options.quiet || !team.leads()),
       ahead(device, programs) {
   device.state().on_building = [this](int begun) { working.building(begun); };
+  if (team.leads())
+    device.on_notice([this, input = options.input](const Notice& notice) {
+      working.past([&] { warn(input + ": " + words_of(notice)); });
+    });
 }
 
 void check_one_frame(const ExtractOptions& options) {
@@ -69,7 +73,6 @@ void say_particles(const Talk& say, const ExtractOptions& options,
 
 void say_surface(const Talk& say, const ExtractOptions& options, const ParticleSource& particles,
                  const Surface& surface) {
-  for (const Notice& notice : surface.notices) warn(options.input + ": " + words_of(notice));
   if (particles.size() > 0) say("radius", radius_line(options, particles, surface.particle_radius));
   if (surface.disorder > 0) say("disorder", disorder_line(options, surface.disorder));
 }

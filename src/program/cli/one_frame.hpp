@@ -15,11 +15,14 @@
 namespace meniscus::cli {
 
 /// The device of one frame. While particles are read its programs are built ahead, and a line on
-/// the terminal says how far the work is.
+/// the terminal says how far the work is. The first process of the team warns of what is noticed,
+/// as soon as it is.
 struct FrameDevice {
   using ProgramsOf = std::vector<ProgramName>(const Parameters& params,
                                               const Device::State& device);
-  FrameDevice(const ExtractOptions& options, ProgramsOf& programs_of, bool quiet);
+  FrameDevice(const FrameDevice&) = delete;  // the callbacks know where it is
+  FrameDevice& operator=(const FrameDevice&) = delete;
+  FrameDevice(const ExtractOptions& options, ProgramsOf& programs_of, Team& team);
 
   std::string why;  // it was chosen
   DeviceInfo info;
@@ -43,7 +46,7 @@ void say_particles(const Talk& say, const ExtractOptions& options, const Particl
 /// The device and why it was chosen; with --verbose more of it, and all parameters.
 void say_device(const Talk& say, const ExtractOptions& options, const FrameDevice& device);
 
-/// Warns of what was noticed, and says the radius and how irregularly the particles lay.
+/// The radius and how irregularly the particles lay.
 void say_surface(const Talk& say, const ExtractOptions& options, const ParticleSource& particles,
                  const Surface& surface);
 

@@ -112,6 +112,12 @@ void Working::built() {
   begun_ = 0;
 }
 
+void Working::past(const std::function<void()>& print) {
+  const std::lock_guard lock(mutex_);
+  hide();
+  print();
+}
+
 void Working::hide() {
   if (std::exchange(drawn_, false)) {
     std::fputs("\r\x1b[K", stderr);

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -68,6 +69,7 @@ class Working {
   void reached(double share);           // of the phase, 0 to 1
   void building(int begun);             // so many programs, the last one of them now
   void built();                         // no more are
+  void past(const std::function<void()>& print);  // lets it print lines that stay
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -1,8 +1,11 @@
 // `meniscus mesh`: frames and sequences without a camera.
 #include <gmock/gmock.h>
+#include <signal.h>
 
+#include <chrono>
 #include <cmath>
 #include <map>
+#include <thread>
 
 #include "program/cli/program.hpp"
 
@@ -36,6 +39,24 @@ TEST_F(ProgramMesh, OfAFrameIsWrittenInEveryFormat) {
   EXPECT_EQ(run({"mesh", "in.ply", "-o", "g.ply", "--cell", "0.7", "-q", "--adaptive"}).err, "");
   EXPECT_EQ(read("g.ply"), read("d.ply"));
   EXPECT_EQ(run({"mesh", "in.ply", "-o", "e.ply", "--adaptive", "2"}).exit_code, 2);
+}
+
+// A mesh of a radius in another unit takes ten times as long, and is of no use.
+TEST_F(ProgramMesh, WarnsOfAWrongUnitWhileItWorks) {
+  run_well({"generate", "--particles", "300000", "-o", "in.ply", "-q"});
+  const auto size = std::filesystem::file_size(path("in.ply"));
+  ASSERT_GT(size, 0u);
+  const int process = start({"mesh", "in.ply", "-o", "a.ply", "--particle-radius", "0.0005", "-q"});
+  std::string err;
+  for (int k = 0; k < 3000 && err.find('\n') == std::string::npos; ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    err = read("stderr.log");
+  }
+  EXPECT_THAT(err, testing::StartsWith("meniscus: warning: in.ply: a particle radius of 0.0005 "));
+  EXPECT_EQ(kill(process, SIGKILL), 0);
+  const Outcome outcome = wait_for(process);
+  EXPECT_EQ(outcome.exit_code, 128 + SIGKILL) << "it had ended";
+  EXPECT_FALSE(exists("a.ply"));
 }
 
 TEST_F(ProgramMesh, SaysWhichParticleLiesWhereNoCellIs) {

@@ -1,7 +1,9 @@
 #include "program/cli/progress.hpp"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <poll.h>
+#include <stdlib.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -15,11 +17,15 @@ using testing::ContainsRegex;
 using testing::IsEmpty;
 using namespace std::chrono_literals;
 
-/// Standard error is a pipe while one of these lives, as where a program's output is kept.
+/// Standard error is a pipe while one of these lives, as where a program's output is kept, or a
+/// terminal.
 class Listener {
  public:
-  Listener() : kept_(dup(STDERR_FILENO)) {
-    if (pipe(ends_) != 0) ADD_FAILURE() << "no pipe can be made";
+  explicit Listener(bool terminal = false) : kept_(dup(STDERR_FILENO)) {
+    if (terminal)
+      open_terminal();
+    else if (pipe(ends_) != 0)
+      ADD_FAILURE() << "no pipe can be made";
     dup2(ends_[1], STDERR_FILENO);
     close(ends_[1]);
   }
@@ -44,6 +50,12 @@ class Listener {
   }
 
  private:
+  void open_terminal() {
+    ends_[0] = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+    if (ends_[0] < 0 || grantpt(ends_[0]) != 0 || unlockpt(ends_[0]) != 0)
+      ADD_FAILURE() << "no terminal can be made";
+    ends_[1] = open(ptsname(ends_[0]), O_RDWR | O_NOCTTY | O_CLOEXEC);
+  }
   int kept_, ends_[2];
 };
 
@@ -62,6 +74,16 @@ TEST(Working, SaysAgainAndAgainWhatGoesOnWhereThereIsNoTerminal) {
   do line = listener.line();
   while (!line.empty() && line.find("fits") != std::string::npos);
   EXPECT_THAT(line, ContainsRegex("^working    writing a.png, [0-9]+ s$"));
+}
+
+TEST(Working, LetsLinesPastTheOneOnATerminal) {
+  Listener listener(true);
+  Working working(0, false);
+  working.phase("fits");
+  std::this_thread::sleep_for(900ms);  // the line comes after half a second, ten times each
+  working.past([] { std::fputs("a warning\n", stderr); });
+  // What erases the line goes before; a terminal begins lines with a carriage return.
+  EXPECT_THAT(listener.line(), ContainsRegex("^(\r?fits, [0-9]+ s.\\[K)+\r.\\[Ka warning\r?$"));
 }
 
 TEST(Working, SaysNothingOfWhatIsOverSoonerOrIsQuiet) {
