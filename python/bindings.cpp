@@ -69,45 +69,53 @@ ReadOptions reading(double particle_radius, const std::vector<std::string>& attr
   return {particle_radius, attributes, dataset, timestep};
 }
 
-/// Each stage looks for ctrl-C and calls `progress`, with the GIL.
-Session::Settings watched(std::size_t memory, const nb::object& progress) {
-  return {memory, [&progress](const std::string& stage) {
+/// Each stage looks for ctrl-C and calls `progress`, each notice calls `on_notice`, with the GIL.
+Session::Settings watched(std::size_t memory, const nb::object& progress,
+                          const nb::object& on_notice) {
+  return {memory,
+          [&progress](const std::string& stage) {
             const nb::gil_scoped_acquire locked;
             if (PyErr_CheckSignals() != 0) throw nb::python_error();
             if (!progress.is_none()) progress(stage);
+          },
+          [&on_notice](const Notice& notice) {
+            const nb::gil_scoped_acquire locked;
+            if (!on_notice.is_none()) on_notice(notice_of(notice));
           }};
 }
 
 std::unique_ptr<Made> extract_frame(Session& session, const Frame& frame, const Camera& camera,
                                     const Parameters& parameters, std::size_t memory, bool timed,
-                                    const nb::object& progress) {
+                                    const nb::object& progress, const nb::object& on_notice) {
   auto made = std::make_unique<Made>();
   made->parameters = parameters;
   const nb::gil_scoped_release released;
-  made->surface = session.extract(*frame.source, camera, parameters, watched(memory, progress),
-                                  timed ? &made->timings : nullptr);
+  made->surface =
+      session.extract(*frame.source, camera, parameters, watched(memory, progress, on_notice),
+                      timed ? &made->timings : nullptr);
   return made;
 }
 
 void add_whitewater(Session& session, Made& made,
                     const std::vector<std::pair<std::string, const Frame*>>& frames,
-                    std::size_t memory, bool timed, const nb::object& progress) {
+                    std::size_t memory, bool timed, const nb::object& progress,
+                    const nb::object& on_notice) {
   std::vector<WhitewaterSource> sources;
   for (const auto& [type, frame] : frames)
     sources.push_back({.type = whitewater_named(type), .particles = frame->source.get()});
   const nb::gil_scoped_release released;
-  session.draw_whitewater(sources, made.parameters, made.surface, watched(memory, progress),
-                          timed ? &made.timings : nullptr);
+  session.draw_whitewater(sources, made.parameters, made.surface,
+                          watched(memory, progress, on_notice), timed ? &made.timings : nullptr);
 }
 
 std::unique_ptr<Made> close_frame(Session& session, const Frame& frame, double cell,
                                   double adaptive, std::size_t memory, const Parameters& parameters,
-                                  const nb::object& progress) {
+                                  const nb::object& progress, const nb::object& on_notice) {
   auto made = std::make_unique<Made>();
   made->parameters = parameters;
   const nb::gil_scoped_release released;
   made->surface = session.extract_closed(*frame.source, {cell, adaptive, memory}, parameters,
-                                         watched(kStreamMemory, progress));
+                                         watched(kStreamMemory, progress, on_notice));
   return made;
 }
 
@@ -299,11 +307,11 @@ void bind_devices(nb::module_& module) {
     return nb::typed<nb::list, Named>(all);
   });
   module.def("extract", &extract_frame, "device"_a, "frame"_a, "camera"_a, "parameters"_a,
-             "memory"_a, "timed"_a, "progress"_a.none());
+             "memory"_a, "timed"_a, "progress"_a.none(), "on_notice"_a.none());
   module.def("draw_whitewater", &add_whitewater, "device"_a, "surface"_a, "frames"_a, "memory"_a,
-             "timed"_a, "progress"_a.none());
+             "timed"_a, "progress"_a.none(), "on_notice"_a.none());
   module.def("extract_closed", &close_frame, "device"_a, "frame"_a, "cell"_a, "adaptive"_a,
-             "memory"_a, "parameters"_a, "progress"_a.none());
+             "memory"_a, "parameters"_a, "progress"_a.none(), "on_notice"_a.none());
   module.attr("STREAM_MEMORY") = kStreamMemory;
 }
 

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from . import _core
 from ._camera import Camera
-from ._errors import InvalidArgument, MeniscusWarning
+from ._errors import InvalidArgument, MeniscusWarning, Notice
 from ._particles import Particles, frame_of
 from ._surface import Mesh, Surface, mesh_of
 
@@ -125,10 +125,11 @@ def _set_maps(bare: _core.Parameters, maps: str | Sequence[str]) -> None:
         raise named from None
 
 
-def _watched(progress: Callable[[str], object] | None) -> Callable[[str], object] | None:
+def _check_callbacks(progress: object, on_notice: object) -> None:
     if progress is not None and not callable(progress):
         raise InvalidArgument(f"progress is {progress!r}, must be callable with a stage's name")
-    return progress
+    if on_notice is not None and not callable(on_notice):
+        raise InvalidArgument(f"on_notice is {on_notice!r}, must be callable with a Notice")
 
 
 def _set(bare: _core.Parameters, parameters: Mapping[str, float], call: Callable[..., object]) -> None:
@@ -154,7 +155,8 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
             whitewater: Mapping[str, Any] | None = None,
             image: bool = True, mesh: bool = True, motion: bool = True, strict: bool = False,
             device: Device | None = None, memory: int = STREAM_MEMORY, timings: bool = False,
-            progress: Callable[[str], object] | None = None, **parameters: float) -> Surface:
+            progress: Callable[[str], object] | None = None,
+            on_notice: Callable[[Notice], object] | None = None, **parameters: float) -> Surface:
     """Extracts the surface of `points` that `camera` sees.
 
     points
@@ -200,6 +202,11 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
         Fill Surface.timings, at some cost.
     progress
         Called with the name of each stage as it begins. What it raises ends the extraction.
+    on_notice
+        Called with each Notice as soon as it is known, once each, in this thread: that
+        particle_radius does not fit, for one, before the work that takes long. What it raises ends
+        the extraction. It must not extract on the same device. Surface.notices has all of them, and
+        the warnings come at the end, as without it.
     **parameters
         Every number of named_parameters(), with _ for -: support=8, contour_density=.1.
 
@@ -226,11 +233,12 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
     _set(bare, parameters, extract)
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
     memory = _bytes(memory)
+    _check_callbacks(progress, on_notice)
     made = _core.extract(_opened(device), frame, camera._bare(), bare, memory,
-                         timings, _watched(progress))
+                         timings, progress, on_notice)
     del keep
     if whitewater:
-        _draw_whitewater(made, whitewater, device, memory, timings, progress)
+        _draw_whitewater(made, whitewater, device, memory, timings, progress, on_notice)
     surface = Surface(made)
     for notice in surface.notices:
         warning = MeniscusWarning(notice.text)
@@ -240,7 +248,8 @@ def extract(points: ArrayLike | Particles, camera: Camera, *,
 
 
 def _draw_whitewater(made: _core.Surface, whitewater: Mapping[str, Any], device: Device | None,
-                     memory: int, timings: bool, progress: Callable[[str], object] | None) -> None:
+                     memory: int, timings: bool, progress: Callable[[str], object] | None,
+                     on_notice: Callable[[Notice], object] | None) -> None:
     frames, kept = [], []
     for name, given in whitewater.items():
         arrays = dict(given) if isinstance(given, Mapping) else {"points": given}
@@ -252,14 +261,15 @@ def _draw_whitewater(made: _core.Surface, whitewater: Mapping[str, Any], device:
         frames.append((name, frame))
         kept.append(keep)
     _core.draw_whitewater(_opened(device), made, frames, memory, timings,
-                          progress)
+                          progress, on_notice)
 
 
 def extract_closed(points: ArrayLike | Particles, *, cell: float = 1, adaptive: float | bool = 0,
                    memory: int = 1 << 30, velocities: ArrayLike | None = None, radii: ArrayLike | None = None,
                    attributes: Mapping[str, ArrayLike] | None = None, particle_radius: float = 0,
                    motion: bool = True, strict: bool = False, device: Device | None = None,
-                   progress: Callable[[str], object] | None = None, **parameters: float) -> Mesh:
+                   progress: Callable[[str], object] | None = None,
+                   on_notice: Callable[[Notice], object] | None = None, **parameters: float) -> Mesh:
     """Meshes all of the fluid, without a camera: closed, manifold, triangles counter-clockwise seen
     from outside.
 
@@ -283,9 +293,10 @@ def extract_closed(points: ArrayLike | Particles, *, cell: float = 1, adaptive: 
     bare.particle_radius = _number("particle_radius", particle_radius)
     _set(bare, parameters, extract_closed)
     frame, keep = frame_of(points, velocities, radii, 0, attributes)
+    _check_callbacks(progress, on_notice)
     made = _core.extract_closed(_opened(device), frame, _number("cell", cell),
                                 _number("adaptive", adaptive), _bytes(memory), bare,
-                                _watched(progress))
+                                progress, on_notice)
     del keep
     for notice in made.notices:
         warning = MeniscusWarning(notice.text)

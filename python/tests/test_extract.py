@@ -265,6 +265,8 @@ def test_nothing_gives_an_empty_surface(camera):
     ("memory is '1GB', must be", lambda p, c: extract(p, c, memory="1GB")),
     ("memory is '1GB', must be", lambda p, c: meniscus.extract_closed(p, memory="1GB")),
     ("progress is 3, must be callable", lambda p, c: extract(p, c, progress=3)),
+    ("on_notice is 3, must be callable", lambda p, c: extract(p, c, on_notice=3)),
+    ("on_notice is 3, must be callable", lambda p, c: meniscus.extract_closed(p, on_notice=3)),
     ("size is .*, must be 1 to 16384", lambda p, c: meniscus.Camera.frame(p, size=(1 << 40, 2))),
     ("size is .*, must be .width, height", lambda p, c: meniscus.Camera("4", 4, c.view, c.view)),
     ("view is 'abc', must be", lambda p, c: meniscus.Camera(4, 4, "abc", c.view)),
@@ -381,6 +383,48 @@ def test_progress_names_the_stages_and_can_end_it(points, camera):
     with pytest.raises(Enough):
         extract(points, camera, progress=stop)
     assert same(extract(points, camera), timed)  # the device can be used on
+
+
+def test_notices_are_told_as_soon_as_they_are_known(points, camera):
+    def made_of(make):
+        order, warned = [], []
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            made = make(particle_radius=.25, progress=order.append, on_notice=order.append)
+            warned = [warning.message.notice for warning in caught]
+        return made, order, warned
+
+    foam = np.vstack([points[:9], [[np.nan, 0, 0]]])
+    surface, order, warned = made_of(
+        lambda **options: meniscus.extract(points, camera, whitewater={"foam": foam}, **options))
+    told = [one for one in order if isinstance(one, meniscus.Notice)]
+    assert told == surface.notices == warned
+    assert told[0].code == "radius_too_large" and told[-1].code == "not_finite"
+    assert order.index(told[0]) < order.index("project") and order.index("blend") < order.index(told[-1])
+
+    mesh, order, warned = made_of(lambda **options: meniscus.extract_closed(points, **options))
+    told = [one for one in order if isinstance(one, meniscus.Notice)]
+    assert told == warned and told[0].code == "radius_too_large"
+    assert order.index(told[0]) < order.index("fit")
+
+
+def test_on_notice_can_end_it(points, camera, device):
+    class Enough(Exception):
+        pass
+
+    def stop(notice):
+        raise Enough(notice.code)
+
+    stages = []
+    for make in (lambda **options: meniscus.extract(points, camera, **options),
+                 lambda **options: meniscus.extract_closed(points, **options)):
+        with pytest.raises(Enough, match="radius_too_large"):
+            make(particle_radius=.25, device=device, on_notice=stop, progress=stages.append)
+    assert stages == ["order", "order"]
+    with pytest.raises(meniscus.InvalidArgument, match="on_notice calls extract"):
+        meniscus.extract(points, camera, particle_radius=.25, device=device,
+                         on_notice=lambda notice: extract(points, camera, device=device))
+    extract(points, camera, device=device)  # it can be used on
 
 
 def test_ctrl_c_ends_it():

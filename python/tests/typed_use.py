@@ -19,7 +19,7 @@ def surface_of(points: NDArray[np.float64], out: Path) -> None:
     assert_type(device.name, str)
     surface = meniscus.extract(points, camera, velocities=np.zeros_like(points), layers=2,
                                attributes={"temperature": points[:, 0]}, device=device,
-                               particle_radius=.025, support=8, progress=print,
+                               particle_radius=.025, support=8, progress=print, on_notice=print,
                                whitewater={"foam": {"points": points, "radii": points[:, 0]}})
     assert_type(surface.depth, NDArray[np.float32])
     assert_type(surface.group, NDArray[np.uint32])
