@@ -231,6 +231,9 @@ class Batch {
     stages.clear();  // of an attempt before
     std::vector<StageTime>* const times = settings_.stage_times ? &stages : nullptr;
     frame.record.device = device.info().name;
+    if (settings_.on_warning)
+      device.on_notice(
+          [&](const Notice& notice) { settings_.on_warning(*frame.job, words_of(notice)); });
     Surface surface = naming(frame.job->input, [&] {
       if (settings_.closed)
         return extract_closed(device, *frame.particles, *settings_.closed, frame.parameters, times);

@@ -40,6 +40,9 @@ struct BatchSettings {
   /// Is called by several threads before a device builds a program that no cache has, with how many
   /// there were on that device.
   std::function<void(int programs)> on_building;
+  /// Is called by several threads with what a frame's record will have as a warning, as soon as it
+  /// is known; again where the frame is extracted again.
+  std::function<void(const FrameJob& job, const std::string& warning)> on_warning;
   std::string program = program_identity();
 };
 

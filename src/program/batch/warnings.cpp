@@ -26,7 +26,11 @@ bool FrameWarnings::add(std::int64_t frame, const std::string& message) {
   FrameWarning& kind = kinds_[at->second];
   kind.same = kind.same && kind.first == message;
   if (kind.frames.empty() || kind.frames.back() != frame) kind.frames.push_back(frame);
-  return is_new;
+  return tell(message);
+}
+
+bool FrameWarnings::tell(const std::string& message) {
+  return told_.insert(kind_of(message)).second;
 }
 
 }  // namespace meniscus

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,11 @@ struct FrameWarning {
 /// Warnings that differ in their numbers alone are of one kind.
 class FrameWarnings {
  public:
-  /// Returns whether it is the first of its kind.
+  /// Returns whether it is the first of its kind, and none such was told.
   bool add(std::int64_t frame, const std::string& message);
+
+  /// The same of one that a frame under way has; it is yet to be added.
+  bool tell(const std::string& message);
 
   /// In the order in which they came.
   const std::vector<FrameWarning>& kinds() const { return kinds_; }
@@ -30,6 +34,7 @@ class FrameWarnings {
  private:
   std::vector<FrameWarning> kinds_;
   std::map<std::string, std::size_t> known_;  // where each kind is
+  std::set<std::string> told_;                // kinds
 };
 
 }  // namespace meniscus

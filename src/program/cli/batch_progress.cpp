@@ -7,7 +7,6 @@
 
 #include "base/elapsed.hpp"
 #include "base/printed.hpp"
-#include "program/batch/plan.hpp"
 #include "program/cli/progress.hpp"
 #include "program/cli/terminal.hpp"
 
@@ -42,15 +41,24 @@ BatchProgress::~BatchProgress() {
 
 double BatchProgress::seconds() const { return seconds_since(begin_); }
 
+void BatchProgress::warn_of(std::int64_t frame, const std::string& input,
+                            const std::string& warning) {
+  clear();
+  print_line(stderr, printed("meniscus: warning: frame %lld: %s: %s", static_cast<long long>(frame),
+                             input.c_str(), warning.c_str()));
+}
+
+void BatchProgress::warned(const FrameJob& job, const std::string& warning) {
+  const std::lock_guard lock(mutex_);
+  if (warnings_.tell(warning)) warn_of(job.frame, job.input, warning);
+}
+
 void BatchProgress::over(const FrameRecord& record) {
+  const std::lock_guard lock(mutex_);
   ++over_;
   const long long frame = record.frame;
-  for (const std::string& warning : record.warnings) {
-    if (!warnings_.add(record.frame, warning)) continue;
-    clear();
-    print_line(stderr, printed("meniscus: warning: frame %lld: %s: %s", frame, record.input.c_str(),
-                               warning.c_str()));
-  }
+  for (const std::string& warning : record.warnings)
+    if (warnings_.add(record.frame, warning)) warn_of(frame, record.input, warning);
   if (record.status == FrameStatus::failed) {
     clear();
     print_line(stderr, printed("meniscus: error: frame %lld: %s", frame, record.error.c_str()));

@@ -64,6 +64,11 @@ void prepare_folders(const Plan& plan, const CameraTrack* cameras, const Extract
       OutputFile probe(path);
       remove_abandoned_outputs(path);
     }
+  std::error_code ignored;
+  for (const std::string& path : {options.log, options.report})
+    if (const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+        !folder.empty() && !std::filesystem::exists(folder, ignored))
+      OutputFile says_so(path);
 }
 
 // Of the first camera that can be read: the others will be like it.
@@ -153,6 +158,9 @@ BatchOutcome extract_all(const Plan& plan, const CameraTrack& cameras, BatchSett
   settings.on_building = [&](int begun) {
     progress.building();
     working.building(begun);
+  };
+  settings.on_warning = [&](const FrameJob& job, const std::string& warning) {
+    working.past([&] { progress.warned(job, warning); });
   };
   const BuildAhead ahead(first, programs);
   const auto over = [&](FrameRecord record) {

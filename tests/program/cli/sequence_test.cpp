@@ -52,7 +52,12 @@ TEST_F(Sequence, FramesAndCamerasAreChosen) {
                {"c.{}.json: no file matches"});
   expect_error(run({"extract", "d.###.ply", "-o", "o.####.exr"}), 1,
                {"d.###.ply: no file matches; the nearest is d.0000.ply (write {} "});
-  expect_error(run(words({"--log", "nowhere/log.jsonl"})), 1, {"make the folder nowhere first"});
+  for (const char* option : {"--log", "--report"}) {
+    const Outcome refused = run(words({option, "nowhere/page.html"}));
+    expect_error(refused, 1,
+                 {"nowhere/page.html: cannot be written", "make the folder nowhere first"});
+    EXPECT_THAT(refused.err, testing::Not(testing::HasSubstr("device"))) << "after work had begun";
+  }
   fs::remove(path("d.0004.ply"));
   expect_error(run(words({"--frames", "3-5"})), 1,
                {"d.####.ply: frame 4 missing", "--missing skip"});

@@ -20,6 +20,41 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
+// A frame of this size and a radius in another unit take half a minute.
+TEST_F(Sequence, WarnsOfAWrongUnitWhileTheFirstFramesAreUnderWay) {
+  for (const char* name : {"d.1.ply", "d.2.ply"})
+    run_well({"generate", "--particles", "300000", "-o", name, "-q"});
+  const int process = start({"mesh", "d.#.ply", "-o", "m.#.ply", "-r", "0.0005", "--log",
+                             "log.jsonl", "--in-flight", "2"});
+  std::string err;
+  for (int k = 0; k < 3000 && err.find("would fit") == std::string::npos; ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    err = read("stderr.log");
+  }
+  std::this_thread::sleep_for(
+      std::chrono::seconds(1));  // in which the other frame could say so, too
+  EXPECT_EQ(kill(process, SIGKILL), 0);
+  const Outcome outcome = wait_for(process);
+  EXPECT_EQ(outcome.exit_code, 128 + SIGKILL) << "it had ended";
+  EXPECT_THAT(outcome.err, testing::ContainsRegex("meniscus: warning: frame [12]: d.[12].ply: a "
+                                                  "particle radius of 0.0005 means"));
+  EXPECT_EQ(outcome.err.find("would fit"), outcome.err.rfind("would fit")) << outcome.err;
+  EXPECT_EQ(read("log.jsonl"), "");
+}
+
+// Both frames have it; it is printed when it is known, and at the end for all.
+TEST_F(Sequence, WarnsOfEachKindOnceAndAtTheEndForAllFrames) {
+  for (int frame = 0; frame < 2; ++frame) write_particles(name("d.", frame, ".ply"), block(12));
+  const Outcome outcome = run_well(words({"-r", "20", "--log", "log.jsonl"}));
+  std::size_t lines = 0;
+  for (std::size_t at = 0; (at = outcome.err.find("would fit", at)) != std::string::npos; ++at)
+    ++lines;
+  EXPECT_EQ(lines, 2u) << outcome.err;
+  EXPECT_THAT(outcome.err, HasSubstr("warning: 2 frames 0,1: a particle radius of 20 means"));
+  for (const nlohmann::json& record : log("log.jsonl"))
+    EXPECT_THAT(record["warnings"].dump(), HasSubstr("would fit"));
+}
+
 TEST_F(Sequence, BadFramesDoNotStopTheOthers) {
   write_sequence(7);
   const std::string good = read("d.0001.ply");
