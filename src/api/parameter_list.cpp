@@ -1,11 +1,15 @@
 #include "api/parameter_list.hpp"
 
+#include "base/enumerated.hpp"
+
 namespace meniscus {
 
 std::vector<ParameterEntry> parameter_list(Parameters& p) {
   const std::string r = "particle radii", none;
-  const std::string fitting = "fit, groups and stable",
-                    triangulating = "fit, groups, stable and paper";
+  std::vector<std::string> methods = methods_with_layers();
+  const std::string fitting = enumerated(methods, "and");
+  methods.push_back("paper");
+  const std::string triangulating = enumerated(methods, "and");
   return {
       {"Particles", "disorder", &p.disorder, none, -1, 2, false,
        "how irregularly particles lie: 0: as SPH leaves them, 1: one anywhere in each cube of a "

@@ -31,4 +31,7 @@ struct ParameterEntry {
 /// The entries point into `parameters`.
 std::vector<ParameterEntry> parameter_list(Parameters& parameters);
 
+/// The names of the methods of which has_layers() is true: those that are made of fits.
+std::vector<std::string> methods_with_layers();
+
 }  // namespace meniscus

@@ -7,6 +7,7 @@
 
 #include "api/parameter_list.hpp"
 #include "base/comma_separated.hpp"
+#include "base/enumerated.hpp"
 #include "base/printed.hpp"
 #include "meniscus/error.hpp"
 
@@ -40,11 +41,10 @@ void check_layers(const Parameters& parameters) {
         .found = static_cast<double>(layers),
         .wanted = layers < 0 ? 0.0 : kMostLayers});
   if (layers > 0 && !has_layers(parameters.method))
-    throw InvalidArgument(
-        "method " + to_string(parameters.method) +
-        " has one layer, the front: layers are found by methods fit, groups and stable "
-        "(leave " +
-        setting("layers") + " out, or choose one of these)");
+    throw InvalidArgument("method " + to_string(parameters.method) +
+                          " has one layer, the front: layers are found by methods " +
+                          enumerated(methods_with_layers(), "and") + " (leave " +
+                          setting("layers") + " out, or choose one of these)");
 }
 
 }  // namespace
@@ -96,6 +96,13 @@ std::string to_string(Method method) {
 bool has_layers(Method method) {
   const MethodEntry* const entry = find(method);
   return entry && entry->layers;
+}
+
+std::vector<std::string> methods_with_layers() {
+  std::vector<std::string> names;
+  for (const MethodEntry& entry : method_list())
+    if (entry.layers) names.push_back(entry.name);
+  return names;
 }
 
 bool draws_spheres(Method method) {

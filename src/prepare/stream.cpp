@@ -172,9 +172,9 @@ OnScreen measure_spacing(const View& view, const Survey& survey) {
 
 double thinning(const OnScreen& screen, const Parameters& params) {
   constexpr double kLeast = 2, kStep = 1.189207115002721;  // less saves nothing
-  const bool thins = params.method == Method::fit || params.method == Method::groups ||
-                     params.method == Method::stable;
-  if (!thins || screen.particles < kStreamed || !(kLeast * screen.spacing <= params.thin)) return 1;
+  const bool made_of_fits = has_layers(params.method);     // which representatives suit
+  if (!made_of_fits || screen.particles < kStreamed || !(kLeast * screen.spacing <= params.thin))
+    return 1;
   double factor = 1;
   while (factor * kStep * screen.spacing <= params.thin) factor *= kStep;
   return factor;

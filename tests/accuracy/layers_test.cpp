@@ -11,6 +11,7 @@
 #include "base/parallel.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/meniscus.hpp"
+#include "prepare/stream.hpp"
 #include "same_bits.hpp"
 #include "stages/view.hpp"
 #include "thrown.hpp"
@@ -162,12 +163,16 @@ TEST(ExtractLayers, AreRefusedOfMethodsWithAFrontAlone) {
     const bool layered = entry.method == Method::fit || entry.method == Method::groups ||
                          entry.method == Method::stable;
     EXPECT_EQ(has_layers(entry.method), layered) << entry.name;
+    const OnScreen dense{.spacing = 0.5, .particles = 2.0 * kStreamed};
+    EXPECT_EQ(thinning(dense, parameters) > 1, layered) << entry.name;
     if (layered) {
       EXPECT_NO_THROW(check(parameters));
       continue;
     }
-    EXPECT_THAT(text_of_thrown<InvalidArgument>([&] { check(parameters); }),
-                HasSubstr("method " + entry.name + " has one layer"));
+    EXPECT_THAT(
+        text_of_thrown<InvalidArgument>([&] { check(parameters); }),
+        testing::AllOf(HasSubstr("method " + entry.name + " has one layer"),
+                       HasSubstr("are found by methods fit, groups and stable (leave layers out")));
   }
   EXPECT_THROW(check(with_layers(-1)), InvalidArgument);
   EXPECT_THROW(check(with_layers(9)), InvalidArgument);

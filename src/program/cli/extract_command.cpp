@@ -6,7 +6,9 @@
 #include <vector>
 
 #include "api/extract_sparingly.hpp"
+#include "api/parameter_list.hpp"
 #include "base/elapsed.hpp"
+#include "base/enumerated.hpp"
 #include "base/grouped.hpp"
 #include "device/device.hpp"
 #include "io/parts.hpp"
@@ -145,7 +147,7 @@ int run_extract(ExtractOptions options, const CLI::App& command) {
     const Method method = options.parameters.method;
     if (!layered.empty() && !has_layers(method))
       throw usage_error(layered + " needs layers, which method " + to_string(method) +
-                        " has not: use --method fit or groups");
+                        " has not: use --method " + enumerated(methods_with_layers(), "or"));
     check(options.parameters);  // the method may have the front alone
   });
   use_threads(options.threads);

@@ -184,7 +184,8 @@ TEST_F(ProgramOutput, LayersAreAddedToTheFront) {
     expect_error(run(words), 2, {what});
   };
   refused({"--layers", "1", "-o", "d.exr"}, "leave --layers out");
-  const std::string why = " needs layers, which method ssm has not: use --method fit or groups";
+  const std::string why =
+      " needs layers, which method ssm has not: use --method fit, groups or stable";
   refused({"-o", "d.deep.exr"}, "d.deep.exr" + why);
   refused({"-o", "d.png", "--preview", "glass"}, "--preview glass" + why);
 }
