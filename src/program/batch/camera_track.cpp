@@ -20,7 +20,7 @@ CameraTrack::CameraTrack(const std::string& path, double share) : origin_(path),
     if (files_.empty()) throw InputError(pattern->absence());
     return;
   }
-  listed_ = read_cameras(path);
+  listed_ = reading_camera([&] { return read_cameras(path); });
   for (auto& [frame, camera] : listed_) camera = resized(camera, share);
   const auto single = listed_.find(kEveryFrame);
   if (single != listed_.end()) fixed_ = single->second;

@@ -7,10 +7,26 @@
 #include <string>
 #include <vector>
 
+#include "meniscus/error.hpp"
+#include "meniscus/notice.hpp"
 #include "meniscus/types.hpp"
 #include "program/batch/pattern.hpp"
 
 namespace meniscus {
+
+/// What `read` returns; where the camera's file is missing, its error says how to get one.
+template <class Read>
+auto reading_camera(const Read& read) -> decltype(read()) {
+  try {
+    return read();
+  } catch (const InputError& error) {
+    if (error.notice.code != Code::missing_file) throw;
+    Notice notice = error.notice;
+    notice.text += " (without " + setting("camera") + " the program chooses a camera, and " +
+                   setting("write-camera") + " FILE keeps it)";
+    throw InputError(notice);
+  }
+}
 
 /// The same camera with an image of this share of its width and height, rounded.
 Camera resized(Camera camera, double share);

@@ -78,7 +78,8 @@ OutputKind kind_of(const std::string& path) {
   refuse_scene(path);
   if (std::error_code ignored; path.ends_with('/') || fs::is_directory(path, ignored))
     throw InvalidArgument("output " + path + ": is a folder, wanted a file in it, e.g. " +
-                          (fs::path(path) / "surface.exr").string());
+                          (fs::path(path) / "surface.exr").string() + ", or of a sequence " +
+                          (fs::path(path) / "surface.####.exr").string());
   throw InvalidArgument(
       "output " + path +
       ": unknown file ending, must be .exr (maps), .deep.exr (layers), .ply, .vtp, .glb, "

@@ -53,7 +53,8 @@ std::vector<std::string> inputs_of(const ExtractOptions& options) {
 std::optional<Camera> given_camera(const ExtractOptions& options, bool warns) {
   check_aim(options);
   if (options.camera_file.empty()) return std::nullopt;
-  const Camera camera = resized(read_camera(options.camera_file), options.share);
+  const Camera camera =
+      resized(reading_camera([&] { return read_camera(options.camera_file); }), options.share);
   if (warns)
     for (const std::string& warning : warnings_of(camera, options.camera_file)) warn(warning);
   return camera;

@@ -127,6 +127,11 @@ std::string misuse(const CLI::App& program, const std::vector<std::string>& type
            (name == "mesh" ? "ply (" : "png (") + see;
   if (makes_surface && words == "--output is required")
     return words + ", e.g. -o surface." + (name == "mesh" ? "ply (" : "png (") + see;
+  if (name == "report" && words.ends_with(" is required"))
+    return words + ", e.g. meniscus report dam.jsonl -o report.html (" + see;
+  if (name == "generate" && words.ends_with(" is required"))
+    return words + ", e.g. meniscus generate --particles 1e5 -o dam.ply (" + see;
+  if (words.ends_with(')')) return words.substr(0, words.size() - 1) + "; " + see;
   return words + " (" + see;
 }
 

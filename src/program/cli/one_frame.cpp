@@ -1,14 +1,17 @@
 #include "program/cli/one_frame.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 
 #include "base/comma_separated.hpp"
+#include "base/edit_distance.hpp"
 #include "base/elapsed.hpp"
 #include "base/grouped.hpp"
 #include "frame/process.hpp"
 #include "io/output_file.hpp"
 #include "io/parts.hpp"
+#include "io/readers.hpp"
 #include "program/batch/outputs.hpp"
 #include "program/batch/pattern.hpp"
 #include "program/cli/extract_warnings.hpp"
@@ -17,6 +20,32 @@
 #include "program/wording.hpp"
 
 namespace meniscus::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The file of particles beside a missing one that is probably meant: whose ending was left out, or
+// a letter or two of whose name; empty: none.
+std::string meant_by(const std::string& missing) {
+  constexpr std::size_t kSlips = 2;
+  const std::string folder = missing.substr(0, missing.rfind('/') + 1),
+                    name = missing.substr(folder.size());
+  std::string nearest;
+  std::size_t least = std::min(kSlips, name.size() / 3) + 1;
+  std::error_code ignored;
+  for (fs::directory_iterator entry(folder.empty() ? "." : folder, ignored), end; entry != end;
+       entry.increment(ignored)) {
+    const std::string other = entry->path().filename().string();
+    if (!is_particle_file(other)) continue;
+    const std::size_t slips = other.starts_with(name + ".") ? 0 : edit_distance(name, other);
+    if (slips > least || (slips == least && (nearest.empty() || nearest < other))) continue;
+    least = slips;
+    nearest = other;
+  }
+  return nearest.empty() ? "" : folder + nearest;
+}
+
+}  // namespace
 
 FrameDevice::FrameDevice(const ExtractOptions& options, ProgramsOf& programs_of, Team& team)
     : info(select_device(options.device, &why)),
@@ -33,15 +62,18 @@ FrameDevice::FrameDevice(const ExtractOptions& options, ProgramsOf& programs_of,
 
 void check_one_frame(const ExtractOptions& options) {
   std::error_code ignored;
-  if (options.input.find('*') == std::string::npos &&
-      !std::filesystem::exists(options.input, ignored))
+  if (options.input.find('*') == std::string::npos && !fs::exists(options.input, ignored)) {
+    const bool is_glob = options.input.find_first_of("?[{") != std::string::npos;
+    const std::string meant = is_glob ? "" : meant_by(options.input);
     throw InputError(options.input +
                      (options.input == "-" ? ": standard input is not read, wanted a file or folder"
                                            : ": no such file or folder") +
-                     (options.input.find_first_of("?[{") == std::string::npos
+                     (meant.empty() ? "" : ", did you mean " + meant + "?") +
+                     (!is_glob
                           ? ""
                           : " (a sequence is written as dam.####.ply, the parts of one frame as "
                             "dam.rank*.ply)"));
+  }
   if (const std::string option = sequence_option(options); !option.empty())
     throw usage_error(option + " is for sequences, but " + options.input +
                       " has no place for the frame's number, e.g. name.####.ply");

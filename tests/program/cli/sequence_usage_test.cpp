@@ -28,6 +28,21 @@ TEST_F(Sequence, WrongUseIsNamed) {
   expect_error(run({"extract", "d.####.ply", "--camera", "c.png", "-o", "o.####.exr", "--report",
                     "./c.png"}),
                2, {"output ./c.png: is the camera's file"});
+  const auto refused = [&](const std::string& input) {
+    return run({"mesh", input, "-o", "a.ply"});
+  };
+  expect_error(refused("d.0000"), 1, {"d.0000: no such file or folder, did you mean d.0000.ply?"});
+  expect_error(refused("./f.0001.ply"), 1, {"or folder, did you mean ./d.0001.ply?"});
+  EXPECT_THAT(refused("frame.ply").err, testing::EndsWith("frame.ply: no such file or folder\n"));
+  EXPECT_THAT(refused("d").err,
+              testing::EndsWith("d: no such file or folder, did you mean d.0000.ply?\n"));
+  EXPECT_THAT(refused("no/d.0000").err, testing::EndsWith("no such file or folder\n"));
+  expect_error(run({"extract", "d.####.ply", "--camera", "none.json", "-o", "o.####.exr"}), 1,
+               {"none.json: cannot be opened: No such file", "--write-camera FILE keeps it)"});
+  expect_error(run({"extract", "d.0000.ply", "--camera", "none.json", "-o", "o.exr"}), 1,
+               {"none.json: cannot be opened: No such file",
+                "(without --camera the program chooses a "
+                "camera, and --write-camera FILE keeps it)"});
   expect_error(run({"extract", "d.0000.ply", "--camera", "c.png", "-o", "./c.png"}), 2,
                {"output ./c.png: is the camera's file"});
   expect_error(run({"extract", "d.0000.ply", "-o", "o.exr", "--frames", "1-2"}), 2,

@@ -236,7 +236,8 @@ INSTANTIATE_TEST_SUITE_P(
                    {"found 1 more, e.g. b.exr (each output wants an -o before it"}},
         WrongUsage{"FolderForAnOutput",
                    {"extract", "in.ply", "-o", "./"},
-                   {"output ./: is a folder, wanted a file in it, e.g. ./surface.exr"}},
+                   {"output ./: is a folder, wanted a file in it, e.g. ./surface.exr, or of a "
+                    "sequence ./surface.####.exr (see meniscus extract --help)"}},
         WrongUsage{"OptionWithoutItsValue",
                    extract_with({"--aov"}),
                    {"--aov is given without its value (see"}},
