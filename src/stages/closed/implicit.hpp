@@ -8,7 +8,7 @@
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
 #include "stages/frame/density.hpp"
-#include "stages/sample/blend.hpp"
+#include "stages/sample/fit_records.hpp"
 
 namespace meniscus {
 

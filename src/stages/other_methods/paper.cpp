@@ -181,6 +181,15 @@ GroupRecords printed_records(const View& view, const Groups& groups, const Quadr
   return records;
 }
 
+TileLists list_groups(const View& view, const GroupRecords& records, const SampleGrid& grid) {
+  std::vector<ScreenBox> boxes;
+  for (std::size_t g = 0; g < records.centre.size(); ++g) {
+    const double r = records.billboard[g];
+    boxes.push_back(box_of(view, records.centre[g], {r, r, r}, grid));
+  }
+  return list_boxes(boxes, std::vector<char>(boxes.size(), 1), grid);
+}
+
 PaperRegion draw_region(Device& device, const View& view, const Triangulation& mesh,
                         const Groups& groups, const SampleGrid& grid) {
   const std::size_t n = mesh.triangle.size(), stride = rounded_up(n, 64);
@@ -235,7 +244,7 @@ SurfaceBuffers blend_printed(Device& device, const View& view, const PaperRegion
   const SampleGrid& grid = region.grid;
   const SurfaceBuffers surface = empty_surface(device, grid);
   fill(device, surface.normal, 0.0f);  // still unknown
-  const TileLists tiles = list_tiles(view, records, grid);
+  const TileLists tiles = list_groups(view, records, grid);
   meniscus::records::PrintedBlend how{static_cast<float>(view.u_scale),
                                       static_cast<float>(view.v_scale),
                                       {},
@@ -246,7 +255,7 @@ SurfaceBuffers blend_printed(Device& device, const View& view, const PaperRegion
   launch(device, kernels::blend_printed, 1,
          {static_cast<std::size_t>(grid.nx), static_cast<std::size_t>(grid.ny), kTile, kTile},
          region, upload(device, records.values), upload(device, tiles.start),
-         upload(device, tiles.group), surface.depth, surface.group, screen_of(view, grid), how);
+         upload(device, tiles.box), surface.depth, surface.group, screen_of(view, grid), how);
   return surface;
 }
 

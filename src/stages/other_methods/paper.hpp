@@ -20,8 +20,8 @@
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
 #include "stages/frame/splash.hpp"
-#include "stages/sample/blend.hpp"
 #include "stages/sample/surface_buffers.hpp"
+#include "stages/sample/tile_lists.hpp"
 #include "stages/sheet/group.hpp"
 #include "stages/sheet/triangulate.hpp"
 
@@ -57,9 +57,18 @@ std::vector<std::int32_t> particles_without_group(const Triangulation& mesh,
 Quadrics fit_heights(Device& device, const Triangulation& mesh, const Groups& groups,
                      const FitParams& params, double offset = 0);
 
-/// The records and billboards of kernel blend_printed: 20 floats a group, see paper.cl.
+/// Groups as kernel blend_printed takes them.
+struct GroupRecords {
+  std::vector<float> values;      // [groups][20], see paper.cl
+  std::vector<double> billboard;  // [groups] radius on which the group counts, particle radii
+  std::vector<Vec3d> centre;      // [groups] eye space
+};
+
 GroupRecords printed_records(const View& view, const Groups& groups, const Quadrics& quadrics,
                              const BlendParams& params);
+
+/// Which groups' billboards meet each tile.
+TileLists list_groups(const View& view, const GroupRecords& records, const SampleGrid& grid);
 
 /// The region of the surface (2.4.1).
 struct PaperRegion {

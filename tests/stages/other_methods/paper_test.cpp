@@ -8,6 +8,7 @@
 #include "stages/orthographic_view.hpp"
 #include "stages/stage_test_support.hpp"
 #include "verify/reference/paper.hpp"
+#include "verify/stage_cases/fits_by_hand.hpp"
 #include "verify/stage_cases/mesh_by_hand.hpp"
 
 namespace meniscus {
@@ -81,6 +82,40 @@ TEST(GhostParticles, AParticleOfWhichNoTriangleIsLeftHasNoGroup) {
       {{10, 10, 40}, {14, 10, 40}, {10, 14, 40}, {14, 14.1, 40}, {12, 12, 20}, {40, 40, 30}}));
   const Triangulation patched = add_ghost_particles(plain_view(), mesh, 6);
   EXPECT_EQ(particles_without_group(patched, 6), (std::vector<std::int32_t>{4, 5}));
+}
+
+TEST(ListGroups, NamesEveryGroupWhoseBillboardReachesASample) {
+  const View view = frontal_view(70, 50);
+  Random random(5);
+  GroupRecords records;
+  for (int k = 0; k < 60; ++k) {
+    records.centre.push_back({random(-30, 30), random(-20, 20), random(-40, -12)});
+    records.billboard.push_back(random(2, 6));
+  }
+  for (const SampleGrid& grid : {SampleGrid{70, 50, 0.5f, 1}, SampleGrid{36, 26, 0, 2}}) {
+    const TileLists tiles = list_groups(view, records, grid);
+    ASSERT_EQ(tiles.start.size(), static_cast<std::size_t>(tiles.nx * tiles.ny + 1));
+    std::size_t reached = 0;
+    for (int j = 0; j < grid.ny; ++j)
+      for (int i = 0; i < grid.nx; ++i) {
+        const int tile = j / 16 * tiles.nx + i / 16;
+        const auto first = tiles.box.begin() + tiles.start[tile];
+        const auto last = tiles.box.begin() + tiles.start[tile + 1];
+        EXPECT_TRUE(std::is_sorted(first, last));
+        for (std::size_t k = 0; k < 60; ++k) {
+          // Nearest distance of the ray to the group's centre.
+          const double u = grid.first + grid.step * i, v = grid.first + grid.step * j;
+          const Vec3d from = point_at(view, u, v, 0), d = ray_direction(view, u, v);
+          const Vec3d to = records.centre[k] - from;
+          const double t = dot(to, d) / dot(d, d);
+          if (!(length(to - d * t) < records.billboard[k])) continue;
+          EXPECT_TRUE(std::binary_search(first, last, static_cast<cl_int>(k)))
+              << i << " " << j << " " << k;
+          ++reached;
+        }
+      }
+    EXPECT_GT(reached, static_cast<std::size_t>(grid.nx * grid.ny));
+  }
 }
 
 TEST_P(Paper, HeightsSolveTheNormalEquations) {

@@ -418,42 +418,6 @@ TEST_P(Blend, ListsEveryFitThatRaysMeetOrThatIsSteep) {
   EXPECT_LT(rim.size(), static_cast<std::size_t>(0.9 * tiles.nx * tiles.ny * 80)) << "all listed";
 }
 
-TEST(ListTiles, NamesEveryFitWhoseWeightReachesASample) {
-  const View view = frontal_view(70, 50);
-  Random random(5);
-  Scene scene;
-  for (int k = 0; k < 60; ++k) {
-    scene.add({random(-30, 30), random(-20, 20), random(-40, -12)}, {0, 0, 1});
-    scene.fits.support.back() = random(3, 10);
-  }
-  GroupRecords records;
-  records.centre = scene.fits.foot;
-  for (std::size_t k = 0; k < 60; ++k)
-    records.billboard.push_back(reference::reach(scene.fits, k, kFit, kBlend));
-  for (const SampleGrid& grid : {SampleGrid{70, 50, 0.5f, 1}, SampleGrid{36, 26, 0, 2}}) {
-    const TileLists tiles = list_tiles(view, records, grid);
-    ASSERT_EQ(tiles.start.size(), static_cast<std::size_t>(tiles.nx * tiles.ny + 1));
-    for (int j = 0; j < grid.ny; ++j)
-      for (int i = 0; i < grid.nx; ++i) {
-        const int tile = j / 16 * tiles.nx + i / 16;
-        const auto first = tiles.group.begin() + tiles.start[tile];
-        const auto last = tiles.group.begin() + tiles.start[tile + 1];
-        EXPECT_TRUE(std::is_sorted(first, last));
-        for (std::size_t k = 0; k < 60; ++k) {
-          // Nearest distance of the ray to the fit's foot.
-          const double u = grid.first + grid.step * i, v = grid.first + grid.step * j;
-          const Vec3d from = point_at(view, u, v, 0), d = ray_direction(view, u, v);
-          const Vec3d to = scene.fits.foot[k] - from;
-          const double t = dot(to, d) / dot(d, d);
-          if (length(to - d * t) < reference::reach(scene.fits, k, kFit, kBlend)) {
-            EXPECT_TRUE(std::binary_search(first, last, static_cast<cl_int>(k)))
-                << i << " " << j << " " << k;
-          }
-        }
-      }
-  }
-}
-
 MENISCUS_ON_EVERY_DEVICE(Blend);
 
 }  // namespace
