@@ -1,44 +1,16 @@
-// The blend of the fits that one ray meets, in double precision: docs/method.md, "blend".
+// The blend of the fits that one ray meets, in double precision: docs/method.md, "Blend"; as in
+// blend.cl. hits.hpp, creases.hpp and hidden.hpp are parts of it, as of the kernels.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <vector>
 
-#include "meniscus/parameters.hpp"
-#include "stages/fit/particle_fit.hpp"
-#include "stages/view.hpp"
 #include "verify/reference/epsilon.hpp"
-#include "verify/reference/fit.hpp"
+#include "verify/reference/hidden.hpp"
 
 namespace meniscus::reference {
-
-/// Value and gradient of fit k's quadric at X, not scaled.
-inline double value(const ParticleFits& fits, std::size_t k, const Vec3d& X, Vec3d* gradient) {
-  const std::array<float, 10>& c = fits.quadric[k];
-  const Vec3d d = X - fits.position[k];
-  *gradient = gradient_at(c, d);
-  return c[0] + c[1] * d.x + c[2] * d.y + c[3] * d.z + c[4] * d.x * d.x + c[5] * d.y * d.y +
-         c[6] * d.z * d.z + c[7] * d.x * d.y + c[8] * d.y * d.z + c[9] * d.z * d.x;
-}
-
-/// Radius of a fit's weight.
-inline double reach(const ParticleFits& fits, std::size_t k, const FitParams& fit,
-                    const BlendParams& params) {
-  return 0.84 * params.radius * std::max(0.7, fits.support[k] / fit.support);
-}
-
-/// The weight (1 - D²)³ with D the distance over the reach, and half its gradient in X.
-inline double nearness(const Vec3d& from_foot, double reach) {
-  const double d = std::min(length(from_foot) / reach, 1.0);
-  return std::pow(1 - d * d, 3);
-}
-inline Vec3d half_gradient(const Vec3d& from_foot, double reach) {
-  const double d = std::min(length(from_foot) / reach, 1.0);
-  return from_foot * (-3 * std::pow(1 - d * d, 2) / (reach * reach));
-}
 
 /// A unit normal turned until its product with the ray's direction is -.01: what is seen faces the
 /// eye.
@@ -46,92 +18,6 @@ inline Vec3d facing(const Vec3d& normal, const Vec3d& ray) {
   const Vec3d along = normalized(ray);
   const double back = dot(normal, along) + 0.01;
   return back > 0 ? normalized(normal - back * along) : normal;
-}
-
-/// What a ray shows.
-struct Blended {
-  double depth = std::numeric_limits<double>::infinity();
-  Vec3d normal;
-  double trust = 0;
-  bool on_edge = false, ended = false, passed = false;
-  std::size_t hits = 0;
-  double cancelled = 0;  // size of the terms that cancel in the normal, over its own
-  double margin = std::numeric_limits<double>::infinity();  // radii by which the sheets that meet
-                                                            // were told apart
-};
-
-/// Whether a fit counts at all: it has a residual, and is trusted by more than 0.01.
-inline bool counts(const ParticleFits& fits, const std::vector<double>& trust, std::size_t k) {
-  return fits.residual[k] >= 0 && trust[k] > 0.01;
-}
-
-/// A ray among fits.
-struct FitsOnRay {
-  const ParticleFits& fits;
-  const std::vector<double>& trust;  // [fits]
-  const FitParams& fit;
-  const BlendParams& params;
-  Vec3d direction, start;  // start: the point at the reference depth
-  double t0;               // the reference depth
-
-  Vec3d at(double t) const { return start + direction * (t - t0); }
-  bool counts(std::size_t k) const { return reference::counts(fits, trust, k); }
-  double reach_of(std::size_t k) const { return reach(fits, k, fit, params); }
-  /// Whether gradients with this product are of one sheet, 0 .. 1.
-  double same_sheet(double product) const {
-    return smooth_step(params.same_low, params.same_high, product);
-  }
-};
-
-/// The ray of pixel (u, v), whose reference depth is t0.
-inline FitsOnRay fits_on_ray(const ParticleFits& fits, const std::vector<double>& trust,
-                             const View& view, double u, double v, double t0, const FitParams& fit,
-                             const BlendParams& params) {
-  return {fits, trust, fit, params, ray_direction(view, u, v), point_at(view, u, v, t0), t0};
-}
-
-/// Where a ray meets a fit. Its height is f where that is least along the ray, within `kGraze`.
-inline constexpr double kGraze = 0.3;
-struct Hit {
-  std::size_t fit;
-  double t, weight, height;
-  double fade() const { return std::pow(1 - std::max(height, 0.0) / kGraze, 2); }
-  Vec3d at, gradient;
-};
-
-/// Where the ray enters fit k, or where it passes by within kGraze; with a weight of 0 when that is
-/// nowhere, or too far from the reference, or from the fit.
-inline Hit meet(const FitsOnRay& ray, std::size_t k) {
-  const ParticleFits& fits = ray.fits;
-  Hit hit{k, ray.t0, 0, -kGraze, ray.start, {}};
-  // Roots of A tau^2 + B tau + C along the ray: from values at three points.
-  Vec3d g;
-  const double C = value(fits, k, ray.start, &g), B = dot(g, ray.direction);
-  const double A = value(fits, k, ray.start + ray.direction, &g) - B - C;
-  const double D = B * B - 4 * A * C;
-  if (A > 0) hit.height = std::max(-D / (4 * A), -kGraze);
-  const bool grazes = hit.height > 0 && hit.height < kGraze;
-  if (D < 0 && !grazes) return hit;
-  // f falls where the ray enters: B + 2 A tau = -sqrt(D).
-  double tau;
-  if (grazes)
-    tau = -B / (2 * A);
-  else if (B < 0)
-    tau = 2 * C / (std::sqrt(D) - B);
-  else if (std::abs(A) > 1e-12)
-    tau = -(B + std::sqrt(D)) / (2 * A);
-  else
-    return hit;
-  hit.t = ray.t0 + tau;
-  hit.at = ray.start + ray.direction * tau;
-  value(fits, k, hit.at, &g);
-  hit.gradient = g / length(g);
-  const double facing = std::abs(dot(hit.gradient, ray.direction)), d_max = ray.params.d_max;
-  if (std::abs(tau) > (grazes ? 1 : 4) * d_max || std::abs(tau) * std::min(2 * facing, 1.0) > d_max)
-    return hit;
-  hit.weight = nearness(hit.at - fits.foot[k], ray.reach_of(k)) * fits.edge[k] * fits.visible[k] *
-               ray.trust[k] * hit.fade();
-  return hit;
 }
 
 /// All that a ray meets; no fits with v < 1/1000.
@@ -164,14 +50,6 @@ inline Met met_of(const FitsOnRay& ray, const std::vector<Hit>& hits) {
   return met;
 }
 
-/// How far a second or third sheet counts that weighs this share of all that a ray meets.
-inline double counts_by(double share) { return smooth_step(0.003, 0.02, share); }
-
-/// How far a hit is of the sheet around a gradient. Round fits go on around bends.
-inline double belongs(const FitsOnRay& ray, const Hit& hit, const Vec3d& gradient) {
-  return ray.same_sheet(dot(hit.gradient, gradient) + 0.9 * ray.fits.roundness[hit.fit]);
-}
-
 /// The gradient of the heaviest hit, and a round of mean shift; weight(hit) is what a hit weighs.
 template <class Weight>
 Vec3d heaviest(const std::vector<Hit>& hits, const Weight& weight) {
@@ -183,7 +61,7 @@ template <class Weight>
 Vec3d mean_shift(const FitsOnRay& ray, const std::vector<Hit>& hits, const Weight& weight,
                  const Vec3d& gradient) {
   Vec3d sum;
-  for (const Hit& hit : hits) sum += hit.gradient * (weight(hit) * belongs(ray, hit, gradient));
+  for (const Hit& hit : hits) sum += hit.gradient * (weight(hit) * of_sheet(ray, hit, gradient));
   return length(sum) > 1e-15 ? normalized(sum) : gradient;
 }
 
@@ -200,7 +78,7 @@ inline Split split_hits(const FitsOnRay& ray, const std::vector<Hit>& hits) {
   split.a = heaviest(hits, weight);
   for (int round = 0; round < 2; ++round) split.a = mean_shift(ray, hits, weight, split.a);
 
-  const auto rest = [&](const Hit& hit) { return hit.weight * (1 - belongs(ray, hit, split.a)); };
+  const auto rest = [&](const Hit& hit) { return hit.weight * (1 - of_sheet(ray, hit, split.a)); };
   split.b = mean_shift(ray, hits, rest, heaviest(hits, rest));
   double all = 0, not_a = 0;
   Vec3d gradients;  // of what is not of A
@@ -216,33 +94,9 @@ inline Split split_hits(const FitsOnRay& ray, const std::vector<Hit>& hits) {
 
 /// What of a hit's weight is of A, B and C.
 inline std::array<double, 3> parts_of(const FitsOnRay& ray, const Hit& hit, const Split& split) {
-  const double a = belongs(ray, hit, split.a);
-  const double c = split.third * (1 - belongs(ray, hit, split.b));
+  const double a = of_sheet(ray, hit, split.a);
+  const double c = split.third * (1 - of_sheet(ray, hit, split.b));
   return {hit.weight * a, hit.weight * (1 - a) * (1 - c), hit.weight * (1 - a) * c};
-}
-
-/// A sheet that a ray meets: means over its hits.
-struct Sheet {
-  double weight = 0, t = 0;
-  Vec3d centre;          // of the feet
-  Vec3d gradients;       // their sum
-  Vec3d blended;         // ... with a share of the weights' gradients
-  double cancelled = 0;  // size of the terms that cancel in this
-  Vec3d normal() const { return normalized(gradients); }
-};
-using ThreeSheets = std::array<Sheet, 3>;
-
-/// Adds a share of Sum f grad beta to the sum of gradients: three quarters of it where a fit is not
-/// round, less than none of it where it is.
-inline void pull_normal(const FitsOnRay& ray, const Hit& hit, double part, Sheet* sheet) {
-  const Vec3d from_foot = hit.at - ray.fits.foot[hit.fit];
-  const double reach = ray.reach_of(hit.fit), w = nearness(from_foot, reach);
-  if (!(w > 0)) return;
-  const double counts = 2 * (0.75 + ray.fits.roundness[hit.fit] * (-0.2 - 0.75));
-  const Vec3d pull =
-      half_gradient(from_foot, reach) * (counts * part / w * dot(hit.gradient, ray.direction));
-  sheet->blended += pull * (sheet->t - hit.t);
-  sheet->cancelled += length(pull) * (std::abs(sheet->t - ray.t0) + std::abs(hit.t - ray.t0));
 }
 
 inline ThreeSheets sheets_of(const FitsOnRay& ray, const std::vector<Hit>& hits) {
@@ -267,120 +121,11 @@ inline ThreeSheets sheets_of(const FitsOnRay& ray, const std::vector<Hit>& hits)
   return sheets;
 }
 
-/// How far each sheet's centre lies over the other's plane: below 0 they meet in a convex edge.
-inline double over_each(const Sheet& p, const Sheet& q) {
-  return dot(q.centre - p.centre, p.normal() - q.normal());
-}
-
-/// How the sheets of a ray meet.
-struct Meeting {
-  bool has_b, has_c;
-  double some_b, some_c;  // how far they count
-  bool ab, ac, bc;        // in a convex edge
-};
-
-inline Meeting meeting_of(const ThreeSheets& sheets, double all) {
-  const auto& [a, b, c] = sheets;
-  const bool has_b = b.weight > 0, has_c = c.weight > 0;
-  return {.has_b = has_b,
-          .has_c = has_c,
-          .some_b = counts_by(b.weight / all),
-          .some_c = counts_by(c.weight / all),
-          .ab = has_b && over_each(a, b) < 0,
-          .ac = has_c && over_each(a, c) < 0,
-          .bc = has_c && over_each(b, c) < 0};
-}
-
-/// Whether two sheets lie so near each other that they meet.
-inline bool is_near(double p, double q, const BlendParams& params) {
-  return std::abs(p - q) <= params.crease;
-}
-
-/// Whether A is more than a rounding of B.
-inline bool has_a(const Sheet& a, const Sheet& b) { return a.weight > 1e-9 * b.weight; }
-
-/// How much of what is shown is of B and of C. On a convex edge the deeper of two sheets takes the
-/// place of the other, on a concave one the nearer. Of three edges between three sheets two are of
-/// one kind: the sheets of the other edge meet first, then the third.
-struct Shares {
-  double b = 0, c = 0;
-};
-
-inline Shares shares_of(const ThreeSheets& sheets, const Meeting& meeting,
-                        const BlendParams& params) {
-  const Sheet &a = sheets[0], &b = sheets[1], &c = sheets[2];
-  const bool ab = meeting.ab, ac = meeting.ac, bc = meeting.bc;
-  // How far depth q takes the place of p, by how far its sheet counts.
-  const auto takes = [&](double p, double q, bool convex, double some) {
-    return is_near(p, q, params) && (convex ? q >= p : q <= p) ? some : 0;
-  };
-  const auto b_takes = [&](double p, double q) {
-    return has_a(a, b) ? takes(p, q, ab, meeting.some_b) : 1;
-  };
-  if (!meeting.has_b) return {};
-  if (!meeting.has_c) return {b_takes(a.t, b.t), 0};
-  if (ab == bc && ab != ac) {  // A meets C, then B
-    const double first = takes(a.t, c.t, ac, meeting.some_c);
-    const double of_b = b_takes(a.t + first * (c.t - a.t), b.t);
-    return {of_b, first * (1 - of_b)};
-  }
-  if (ab == ac && ab != bc) {  // B meets C, then A
-    const double first = takes(b.t, c.t, bc, meeting.some_c);
-    const double both = b_takes(a.t, b.t + first * (c.t - b.t));
-    return {both * (1 - first), both * first};
-  }
-  const double first = b_takes(a.t, b.t);  // A meets B, then C
-  const double of_c = takes(a.t + first * (b.t - a.t), c.t, ac, meeting.some_c);
-  return {first * (1 - of_c), of_c};
-}
-
-/// A fit at a point: f and its unit gradient, its own weight e u T, and what that is worth there.
-struct FaceValue {
-  std::size_t fit;
-  double f;
-  Vec3d gradient;
-  double own, weight;
-};
-
-/// The fits that are steep to the ray or face away, at a point.
-inline std::vector<FaceValue> steep_faces(const FitsOnRay& ray, const Vec3d& at) {
-  const ParticleFits& fits = ray.fits;
-  std::vector<FaceValue> faces;
-  for (std::size_t k = 0; k < fits.size(); ++k) {
-    if (!ray.counts(k)) continue;
-    Vec3d g;
-    const double unscaled = value(fits, k, at, &g), f = unscaled / length(g);
-    g = g / length(g);
-    if (dot(g, ray.direction) <= -0.5 * length(ray.direction)) continue;
-    const double own = fits.edge[k] * fits.surface[k] * ray.trust[k];
-    const double near = nearness(at - fits.foot[k], ray.reach_of(k));
-    faces.push_back({k, f, g, own, near * own * std::max(1 - f * f / 4, 0.0)});
-  }
-  return faces;
-}
-
-/// How far the nearer of two sheets that meet in a convex edge stays, because third faces hold it:
-/// steep or hidden ones that meet the nearer sheet in a convex edge and the deeper in a concave
-/// one. `all` is what the fits weigh that the ray meets.
-inline double held_by(const FitsOnRay& ray, const Sheet& near, const Sheet& deep, double all) {
-  double within = 0, beyond = 0;
-  for (const auto& [k, f, g, own, counted] : steep_faces(ray, ray.at(near.t))) {
-    const Vec3d to_near = ray.fits.foot[k] - near.centre, to_deep = ray.fits.foot[k] - deep.centre;
-    const bool convex = dot(to_near, near.normal()) < 0 && dot(to_near, g) > 0;
-    const bool concave = dot(to_deep, deep.normal()) > 0 && dot(to_deep, g) < 0;
-    if (!convex || !concave) continue;
-    const double same =
-        std::max(ray.same_sheet(dot(g, near.normal())), ray.same_sheet(dot(g, deep.normal())));
-    (f > 0 ? beyond : within) += counted * (1 - same);
-  }
-  return within > beyond ? smooth_step(0.0003, 0.002, within / all) : 0;
-}
-
 /// A third face may hold the nearer of A and B, which the deeper would end.
 inline void hold_nearer(const FitsOnRay& ray, const ThreeSheets& sheets, const Meeting& meeting,
                         double all, Shares* shares) {
   const auto& [a, b, c] = sheets;
-  if (!meeting.ab || !is_near(a.t, b.t, ray.params) || !has_a(a, b) || !(meeting.some_b > 0) ||
+  if (!meeting.ab || !near_each(a.t, b.t, ray.params) || !has_a(a, b) || !(meeting.some_b > 0) ||
       !(std::abs(a.t - b.t) > 0.1))
     return;
   const bool a_is_near = a.t < b.t;
@@ -408,44 +153,6 @@ inline Vec3d show(const FitsOnRay& ray, const ThreeSheets& sheets, const Shares&
   return middle;
 }
 
-/// By how much two sheets that count were told apart, particle radii.
-inline double margin_of(const ThreeSheets& sheets, double all, const BlendParams& params) {
-  double margin = std::numeric_limits<double>::infinity();
-  const auto see = [&](const Sheet& p, const Sheet& q) {
-    if (!(std::min(p.weight, q.weight) > 0.003 * all)) return;
-    const double apart = std::abs(p.t - q.t);
-    margin = std::min({margin, std::abs(over_each(p, q)), apart, std::abs(apart - params.crease)});
-  };
-  const auto& [a, b, c] = sheets;
-  see(a, b);
-  see(a, c);
-  see(b, c);
-  return margin;
-}
-
-/// How high above the mean of the round fits of the shown sheet that are steep to the ray, or turn
-/// away, and of those that the ray meets (whose values are 0), it passes; below 0 where it enters.
-inline double height_over(const FitsOnRay& ray, const ThreeSheets& sheets, double all,
-                          const Blended& shown) {
-  const Vec3d at = ray.at(shown.depth);
-  double weight = all, level = 0, along = 0, bend = 0;
-  for (const Sheet& sheet : sheets) along += dot(sheet.gradients, ray.direction);
-  for (const auto& [k, f, g, own, counted] : steep_faces(ray, at)) {
-    const double round = 0.9 * ray.fits.roundness[k];
-    const double w =
-        counted * smooth_step(0.45, 0.9, round) * ray.same_sheet(dot(g, shown.normal) + round);
-    Vec3d unscaled, beyond;
-    const double here = value(ray.fits, k, at, &unscaled);
-    const double square =
-        value(ray.fits, k, at + ray.direction, &beyond) - here - dot(unscaled, ray.direction);
-    weight += w;
-    level += w * f;
-    along += w * dot(g, ray.direction);
-    bend += w * square / length(unscaled);
-  }
-  return (level - along * along / (4 * std::max(bend, 0.02 * weight))) / weight;
-}
-
 /// Whether a ray passes over what it grazes. Where that is not trusted nothing is met.
 inline bool pass_by(const FitsOnRay& ray, const ThreeSheets& sheets, const Met& met, Blended* out) {
   const bool over =
@@ -459,36 +166,8 @@ inline bool pass_by(const FitsOnRay& ray, const ThreeSheets& sheets, const Met& 
 inline bool on_convex_edge(const ThreeSheets& sheets, const Meeting& meeting,
                            const BlendParams& params) {
   const auto& [a, b, c] = sheets;
-  return (meeting.ab && is_near(a.t, b.t, params) && b.weight > 0.03 * a.weight) ||
-         (meeting.ac && is_near(a.t, c.t, params) && c.weight > 0.03 * a.weight);
-}
-
-/// Sheet R: what faces away near the point that is shown, with another normal, may end it. R and
-/// steep faces that meet the surface in a convex edge vouch for a point within them. `middle` is
-/// that of what is shown.
-inline void end_at_hidden(const FitsOnRay& ray, const Vec3d& middle, Blended* out) {
-  double weight = 0, level = 0, within = 0, beyond = 0;
-  double strong = 0, outside = 0, strong_outside = 0;
-  Vec3d centre, normal;
-  for (const auto& [k, f, g, own, counted] : steep_faces(ray, ray.at(out->depth))) {
-    const double w = counted * (1 - ray.same_sheet(dot(g, out->normal)));
-    const Vec3d to = ray.fits.foot[k] - middle;
-    if (dot(to, out->normal) < 0 && dot(to, g) > 0) (f > 0 ? beyond : within) += w;
-    if (dot(g, ray.direction) <= 0) continue;
-    weight += w;
-    strong += w * own;
-    if (f >= 0) outside += w;
-    if (f >= 0) strong_outside += w * own;
-    level += w * std::max(f, -0.05);  // of several faces the one that it lies outside of
-    centre += w * ray.fits.foot[k];
-    normal += w * g;
-  }
-  // Bevels between hidden faces end nothing that these hold.
-  if (weight > 1e-3 && level > 0 && strong_outside * weight > 0.05 * strong * outside) {
-    const Vec3d to = centre / weight - middle;
-    out->ended = dot(to, out->normal) < 0 && dot(to, normal) > 0;
-  }
-  out->on_edge |= within > (out->trust < 1 ? 1e-3 : 3e-4) && within > beyond;
+  return (meeting.ab && near_each(a.t, b.t, params) && b.weight > 0.03 * a.weight) ||
+         (meeting.ac && near_each(a.t, c.t, params) && c.weight > 0.03 * a.weight);
 }
 
 /// The blend on the ray of pixel (u, v), whose reference depth is t0: the paragraphs of

@@ -8,7 +8,6 @@
 
 #include "stages/stage_data.hpp"
 #include "stages/view.hpp"
-#include "verify/reference/blend.hpp"
 
 namespace meniscus::reference {
 

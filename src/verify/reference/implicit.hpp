@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "verify/reference/blend.hpp"
+#include "verify/reference/hits.hpp"
 #include "verify/reference/settle.hpp"
 
 namespace meniscus::reference {

@@ -3,7 +3,7 @@
 #include <set>
 
 #include "stages/sample/blend.hpp"
-#include "verify/reference/blend.hpp"
+#include "verify/reference/hits.hpp"
 #include "verify/stage_cases/cases.hpp"
 #include "verify/stage_cases/fits_by_hand.hpp"
 #include "verify/stage_cases/worst.hpp"
