@@ -236,23 +236,23 @@ inline Verdict judge(const int* at, const intv listed, global const float* trian
   return v;
 }
 
-// Decides what the samples `at`, on rays r, show: a trusted surface that has ended lets what lies
+// Decides what samples show: a trusted surface that has ended lets what lies
 // behind it be seen. `behind` receives the depth beyond which a sample that shows nothing may look
 // again (its reference), and infinity elsewhere. Where v.mixed, the field is to be followed, which
 // needs what `behind` held. Where the ray has passed by, the reference moves behind: the field, which
 // may lie a little farther out, would fill the gap with a rim of its own. It is entered before the
 // search begins then (search_from).
-inline void settle(const Verdict v, const int* at, const intv listed, const Rays r,
-                   const FieldLimits limits, global float* reference, global float* depth,
-                   global float* behind, const Cells cells, global const float* weight,
-                   Around* around) {
+inline void settle(const Verdict v, const Lanes* lanes, const FieldLimits limits,
+                   global float* reference, global float* depth, global float* behind,
+                   const Cells cells, global const float* weight, Around* around) {
+  const int* at = lanes->at;
   const floatv nowhere = (floatv)(INFINITY);
   intv gone = v.gone;
   if (ANY(v.doubted))
-    gone |= v.doubted & (density_on(cells, weight, r, v.t, v.doubted, around) < v.contour);
+    gone |= v.doubted & (density_on(cells, weight, lanes->rays, v.t, v.doubted, around) < v.contour);
   scatter_float(nowhere, depth, at, gone);
   scatter_float(v.t + 2.0f * limits.before, reference, at, v.passed);
-  scatter_float(SELECT(nowhere, v.t0, gone), behind, at, listed & (v.t0 < INFINITY) & !v.mixed);
+  scatter_float(SELECT(nowhere, v.t0, gone), behind, at, lanes->used & (v.t0 < INFINITY) & !v.mixed);
 }
 
 // Between which depths the field is followed: from before the blend's depth t and the reference t0
@@ -270,6 +270,15 @@ inline floatv search_to(const floatv t, const floatv t0, const FieldLimits limit
   return SELECT(t0, larger(t, t0), t < INFINITY) + limits.beyond;
 }
 
+// What n samples show (SHOWN), in and out.
+typedef struct {
+  global float* depth;
+  global float* normal;
+  global int* group;
+  global uchar* kind;
+  int n;
+} Shown;
+
 // How far the field may miss its level where the blend stays, of the level, with as much trust as doubt.
 #define NEARLY 0.1f
 
@@ -279,14 +288,15 @@ inline floatv search_to(const floatv t, const floatv t0, const FieldLimits limit
 // creases, which the field rounds. Where the field does not reach its level, the blend stays as far as
 // the field comes near it: less trust asks for more. So outlines run between those of fits and field.
 // On convex edges the larger share decides.
-inline void follow(const int* at, const intv listed, const int n, const Rays r,
-                   const floatv last, global const float* reference, global const float* trust,
-                   global float* depth, global float* normal, global int* group,
-                   global uchar* kind, global float* behind, const Cells cells,
-                   global const float* weight, global const float* level_weight,
+inline void follow(const Lanes* lanes, const floatv last, global const float* reference,
+                   global const float* trust, const Shown shown, global float* behind,
+                   const Cells cells, global const float* weight, global const float* level_weight,
                    const FieldLimits limits, Around* around) {
+  const int* at = lanes->at;
+  const intv listed = lanes->used;
+  const Rays r = lanes->rays;
   const floatv none = (floatv)(0.0f), nowhere = (floatv)(INFINITY);
-  const floatv t0 = gather_float(reference, at), t = gather_float(depth, at);
+  const floatv t0 = gather_float(reference, at), t = gather_float(shown.depth, at);
   const intv met = t < INFINITY;
   const Carried carried = carried_by(SELECT(none, gather_float(trust, at), met));
   const floatv from = search_from(t, t0, last, limits), to = search_to(t, t0, limits);
@@ -300,9 +310,9 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   const intv crossed = c.depth < INFINITY, compared = crossed & (share > 0.0f);
   floatv mx = none, my = none, mz = none;
   if (ANY(compared)) {  // maps that a CPU waits for
-    mx = gather_float(normal, at);
-    my = gather_float(normal + n, at);
-    mz = gather_float(normal + 2 * n, at);
+    mx = gather_float(shown.normal, at);
+    my = gather_float(shown.normal + shown.n, at);
+    mz = gather_float(shown.normal + 2 * shown.n, at);
     const floatv apart = fabs(c.depth - t) * fabs(mx * r.dx + my * r.dy - mz);
     const floatv alike = mx * c.nx + my * c.ny + mz * c.nz;
     const floatv agreement = agreement_of(apart, alike, limits.disorder);
@@ -326,9 +336,9 @@ inline void follow(const int* at, const intv listed, const int n, const Rays r,
   nz *= size;
   face_eye(r.dx, r.dy, &nx, &ny, &nz);
   store_surface(SELECT(c.depth, share * t + rest * c.depth, both), nx, ny, nz, at, drawn,
-                n, depth, normal);
-  mark_splash(at, drawn & (share <= 0.5f), group, kind);
-  scatter_float(nowhere, depth, at, gone);
+                shown.n, shown.depth, shown.normal);
+  mark_splash(at, drawn & (share <= 0.5f), shown.group, shown.kind);
+  scatter_float(nowhere, shown.depth, at, gone);
   scatter_float(SELECT(nowhere, t0, gone), behind, at, listed);
 }
 
@@ -359,8 +369,7 @@ kernel void settle_samples(
       need_between(verdict[v].t, verdict[v].t, verdict[v].doubted, &around);
     }
     for (int v = 0; v < vectors; ++v) {
-      settle(verdict[v], lanes[v].at, lanes[v].used, lanes[v].rays, how.limits, reference, depth,
-             behind, cells, weight, &around);
+      settle(verdict[v], lanes + v, how.limits, reference, depth, behind, cells, weight, &around);
       used = leave_samples(lanes[v].at, verdict[v].mixed, used, selected + tile * TILE_SAMPLES,
                            left);
     }
@@ -378,6 +387,7 @@ kernel void follow_field(SAMPLES(const, selected, count),
                          FIELD(cell_, weight), global const float* level_weight,
                          const Settling how) {
   const Cells cells = CELLS_OF(cell_);
+  const Shown shown = {depth, normal, group, kind, how.screen.nx * how.screen.ny};
   Lanes lanes[VECTORS];
   floatv last[VECTORS];
   Around around;
@@ -395,8 +405,7 @@ kernel void follow_field(SAMPLES(const, selected, count),
       need_between(t, t, lanes[v].used & (t < INFINITY), &around);
     }
     for (int v = 0; v < vectors; ++v)
-      follow(lanes[v].at, lanes[v].used, how.screen.nx * how.screen.ny, lanes[v].rays, last[v],
-             reference, trust, depth, normal, group, kind, behind, cells, weight, level_weight,
+      follow(lanes + v, last[v], reference, trust, shown, behind, cells, weight, level_weight,
              how.limits, &around);
   }
 }
@@ -411,15 +420,16 @@ kernel void settle_points(global const float* triangle, global float* reference,
   const int p = get_global_id(0), n = how.screen.nx;
   if (p >= n) return;
   const Cells cells = CELLS_OF(cell_);
-  const Rays r = rays_at(how.screen.rays, points[p], points[n + p]);
+  const Shown shown = {depth, normal, group, kind, n};
+  const Lanes lane = {{p}, 1, rays_at(how.screen.rays, points[p], points[n + p])};
   Around around;
   around.vectors = 1;
   around.count = -1;  // nothing to share: every point searches for itself
   const Verdict verdict = judge(&p, 1, triangle, reference, trust, depth, how.limits, 0);
-  settle(verdict, &p, 1, r, how.limits, reference, depth, behind, cells, weight, &around);
+  settle(verdict, &lane, how.limits, reference, depth, behind, cells, weight, &around);
   if (verdict.mixed)
-    follow(&p, 1, n, r, INFINITY, reference, trust, depth, normal, group, kind, behind, cells,
-           weight, level_weight, how.limits, &around);
+    follow(&lane, INFINITY, reference, trust, shown, behind, cells, weight, level_weight, how.limits,
+           &around);
 }
 #endif
 
@@ -439,16 +449,14 @@ inline Stretch splash_on(const Lanes* lanes, global const float* from, global co
 }
 
 // The levelled field's first crossing there.
-inline void draw_blobs(const Lanes* lanes, const Stretch on, const int n, global float* depth,
-                       global float* normal, global int* group, global uchar* kind,
-                       const Cells cells, global const float* level_weight, const float level,
-                       Around* around) {
+inline void draw_blobs(const Lanes* lanes, const Stretch on, const Shown shown, const Cells cells,
+                       global const float* level_weight, const float level, Around* around) {
   Probes none = {level_weight, on.start, (intv)(0), (floatv)(0.0f)};
   const Crossing c = first_crossing(cells, level_weight, lanes->rays, on.start, on.end, level,
                                     on.any, around, &none);
   const intv drawn = lanes->used & (c.depth < on.end);
-  store_surface(c.depth, c.nx, c.ny, c.nz, lanes->at, drawn, n, depth, normal);
-  mark_splash(lanes->at, drawn, group, kind);
+  store_surface(c.depth, c.nx, c.ny, c.nz, lanes->at, drawn, shown.n, shown.depth, shown.normal);
+  mark_splash(lanes->at, drawn, shown.group, shown.kind);
 }
 
 // What a tile's samples show at last: where they show nothing and have a reference, the field, as
@@ -460,7 +468,7 @@ kernel void settle_gaps(SAMPLES(const, sample, count), global const float* refer
                         EXTENT(const, from, to), FIELD(cell_, weight),
                         global const float* level_weight, const Settling how) {
   const Cells cells = CELLS_OF(cell_);
-  const int n = how.screen.nx * how.screen.ny;
+  const Shown shown = {depth, normal, group, kind, how.screen.nx * how.screen.ny};
   Lanes lane;
   Around around;
   for (int place = item_of_tile();; place += TILE_ITEMS) {
@@ -468,15 +476,14 @@ kernel void settle_gaps(SAMPLES(const, sample, count), global const float* refer
     const float t0 = reference[lane.at[0]], t = depth[lane.at[0]], last = behind[lane.at[0]];
     if (t0 < INFINITY && !(t < INFINITY)) {
       need_between(search_from(t, t0, last, how.limits), search_to(t, t0, how.limits), 1, &around);
-      follow(lane.at, 1, n, lane.rays, last, reference, trust, depth, normal, group, kind, behind,
-             cells, weight, level_weight, how.limits, &around);
+      follow(&lane, last, reference, trust, shown, behind, cells, weight, level_weight, how.limits,
+             &around);
     }
     const Stretch on = splash_on(&lane, from, to, depth);
     if (!on.any) continue;
     load_work(tile_of_item(), place, sample, count, how.screen, &lane, &around);  // a new search
     need_between(on.start, on.end, 1, &around);
-    draw_blobs(&lane, on, n, depth, normal, group, kind, cells, level_weight, how.limits.level,
-               &around);
+    draw_blobs(&lane, on, shown, cells, level_weight, how.limits.level, &around);
   }
 }
 #endif
@@ -491,6 +498,7 @@ kernel void draw_splash(SAMPLES(const, sample, count), EXTENT(const, from, to),
                         const int over_gaps) {     // 0: samples that are open stay (WIDTH 1; others
                                                    // are not listed)
   const Cells cells = CELLS_OF(cell_);
+  const Shown shown = {depth, normal, group, kind, screen.nx * screen.ny};
   Lanes lanes[VECTORS];
   Around around;
   const int tile = dealt_tile();
@@ -507,7 +515,7 @@ kernel void draw_splash(SAMPLES(const, sample, count), EXTENT(const, from, to),
       need_between(on.start, on.end, on.any, &around);
     }
     for (int v = 0; v < vectors; ++v)
-      draw_blobs(lanes + v, splash_on(lanes + v, from, to, depth), screen.nx * screen.ny, depth,
-                 normal, group, kind, cells, level_weight, level, &around);
+      draw_blobs(lanes + v, splash_on(lanes + v, from, to, depth), shown, cells, level_weight, level,
+                 &around);
   }
 }
