@@ -70,7 +70,7 @@ INLINED void meet_all(const List list, const Fits fits, const Sample s, const fl
     const int to = min(from + BLOCK, list.count);
     Entry entry[BLOCK];
     int found = 0, count = 0;
-    for (int k = from; k < to; k += WIDTH) found = list_lanes(find_near(list, k, beam), k, place, found);
+    for (int k = from; k < to; k += WIDTH) found = list_lanes(near_beam(list, k, beam), k, place, found);
     for (int n = 0; n < found; ++n) {
       // Read before it is stored: else it waits for `count`, and so for the fit before.
       const int at = place[n];

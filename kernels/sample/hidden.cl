@@ -92,9 +92,7 @@ inline floatv held_by(const Sample s, const List rim, const Fits fits, const Ble
   floatv within = none, beyond = none;
   int place[BLOCK + WIDTH];
   for (int from = 0; from < rim.count; from += BLOCK) {
-    const int to = min(from + BLOCK, rim.count);
-    int found = 0;
-    for (int k = from; k < to; k += WIDTH) found = list_lanes(near_box(rim, k, box), k, place, found);
+    const int found = list_reaching(rim, from, box, place);
     for (int n = 0; n < found; ++n) {
       const int fit = rim.fit[place[n]];
       FaceValue face;
@@ -183,9 +181,7 @@ INLINED void look_at_hidden(const List rim, const Fits fits, const Sample s, con
   const Box box = box_of(ex, ey, -shown->depth, shown->depth < INFINITY);
   int place[BLOCK + WIDTH];
   for (int from = 0; from < rim.count; from += BLOCK) {
-    const int to = min(from + BLOCK, rim.count);
-    int found = 0;
-    for (int k = from; k < to; k += WIDTH) found = list_lanes(near_box(rim, k, box), k, place, found);
+    const int found = list_reaching(rim, from, box, place);
     for (int n = 0; n < found; ++n) {
       const int fit = rim.fit[place[n]];
       FaceValue face;

@@ -44,7 +44,7 @@ inline Beam beam_of(const Sample* sample) {
 }
 
 // A tile's list of fits. Where they lie is in rows, so that a search loads vectors of them: foot, reach
-// and, for find_near, the unit normal there and how far from the plane at its foot a fit is looked for.
+// and, for near_beam, the unit normal there and how far from the plane at its foot a fit is looked for.
 typedef struct {
   global const int* fit;
   global const float* place;  // [4 or 8][stride]
@@ -56,7 +56,7 @@ typedef struct {
 // the fit's plane tilts from the rays, it passes by no more than what the slab around that plane, seen
 // along the rays, has of its width. A hundredth more is let through, so that rounding never decides
 // about a hit with weight.
-inline intv find_near(const List list, const int k, const Beam b) {
+inline intv near_beam(const List list, const int k, const Beam b) {
   global const float* row = list.place + k;
   const floatv t = -LOADF(row + 2 * list.stride), reach = LOADF(row + 3 * list.stride);
   const floatv x = LOADF(row) - (b.ox + t * b.dx);
@@ -77,7 +77,7 @@ inline intv find_near(const List list, const int k, const Beam b) {
 }
 
 // Which of the WIDTH fits from place k of a list reach a box, as above.
-inline intv near_box(const List list, const int k, const Box b) {
+inline intv reach_box(const List list, const int k, const Box b) {
   global const float* row = list.place + k;
   const floatv none = (floatv)(0.0f), x = LOADF(row), y = LOADF(row + list.stride),
                z = LOADF(row + 2 * list.stride), reach = 1.01f * LOADF(row + 3 * list.stride);
@@ -98,6 +98,15 @@ inline int list_lanes(const intv set, const int k, int* place, const int before)
     count += lanes[l] != 0;
   }
   return count;
+}
+
+// Lists the places of those fits of a list's block, from place `from` on, that reach a box. Returns how
+// many they are.
+inline int list_reaching(const List list, const int from, const Box box, int* place) {
+  const int to = min(from + BLOCK, list.count);
+  int found = 0;
+  for (int k = from; k < to; k += WIDTH) found = list_lanes(reach_box(list, k, box), k, place, found);
+  return found;
 }
 
 // The fits of a tile: those that rays may meet, and those that may be steep to them or turn away.

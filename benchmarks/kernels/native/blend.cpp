@@ -87,7 +87,7 @@ struct Blender {
     Entry entry[kBlock];
     int near = 0, count = 0;
     for (int k = from; k < to; k += kWidth) {
-      const unsigned bits = find_near(list, k, beam);
+      const unsigned bits = near_beam(list, k, beam);
       pack(bits, k + kPlaces, place + near);
       near += __builtin_popcount(bits);
     }

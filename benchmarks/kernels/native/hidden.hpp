@@ -65,7 +65,7 @@ inline Floats held_by(const Blend& in, const Sample& s, const List& rim, const M
   const Box box = box_of(x, y, z, wanted);
   Floats within{}, beyond{};
   for (int k = 0; k < rim.count; k += kWidth)
-    for (unsigned found = near_box(rim, k, box); found; found &= found - 1) {
+    for (unsigned found = reach_box(rim, k, box); found; found &= found - 1) {
       const std::ptrdiff_t fit = rim.fit[k + __builtin_ctz(found)];
       const float* const foot = in.feet + 4 * fit;
       FaceValue face;
@@ -146,7 +146,7 @@ struct Hidden {
   const Box box = box_of(x, y, z, shown.depth < kNowhere);
   Hidden sum;
   for (int k = 0; k < rim.count; k += kWidth)
-    for (unsigned near = near_box(rim, k, box); near; near &= near - 1) {
+    for (unsigned near = reach_box(rim, k, box); near; near &= near - 1) {
       const int fit = rim.fit[k + __builtin_ctz(near)];
       FaceValue face;
       if (face_at(in.records + std::ptrdiff_t{fit} * kRecord, in.feet + std::ptrdiff_t{fit} * 4, x,

@@ -39,7 +39,7 @@ struct List {
 };
 
 // Which of the kWidth fits from place k of a list a ray of the beam may meet, as bits.
-inline unsigned find_near(const List& list, int k, const Beam& b) {
+inline unsigned near_beam(const List& list, int k, const Beam& b) {
   const Floats t = -list.row(2, k), reach = list.row(3, k);
   const Floats x = list.row(0, k) - (b.ox + t * b.dx), y = list.row(1, k) - (b.oy + t * b.dy);
   const Floats wide_x = b.wide_x + magnitude(t) * b.spread_x,
@@ -68,7 +68,7 @@ inline Box box_of(const Floats& x, const Floats& y, const Floats& z, const Ints&
   return {least(x), -least(-x), least(y), -least(-y), least(z), -least(-z)};
 }
 
-inline unsigned near_box(const List& list, int k, const Box& b) {
+inline unsigned reach_box(const List& list, int k, const Box& b) {
   const Floats x = list.row(0, k), y = list.row(1, k), z = list.row(2, k);
   const Floats reach = 1.01f * list.row(3, k);
   const Floats dx = larger(larger(b.x0 - x, x - b.x1), Floats{});
