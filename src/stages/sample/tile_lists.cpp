@@ -70,6 +70,40 @@ bool may_be_steep(const View& view, const BlendRecords& records, std::size_t k,
   return false;
 }
 
+// Fits that are to be listed by tile: where rays are looked for that they concern, and then the
+// lists.
+struct Listing {
+  std::size_t rows;  // of a place that the kernel reads
+  std::vector<char> wanted;
+  std::vector<ScreenBox> box;
+  std::vector<std::array<float, 8>> place;  // see List in tile_lists.cl
+  TileLists lists;
+
+  Listing(std::size_t fits, std::size_t rows) : rows(rows), wanted(fits), box(fits), place(fits) {}
+
+  void add(std::size_t k, const Slab& slab, const View& view, const SampleGrid& grid) {
+    const double values[] = {slab.centre.x, slab.centre.y, slab.centre.z, slab.reach,
+                             slab.normal.x, slab.normal.y, slab.normal.z, slab.thick};
+    std::ranges::transform(values, place[k].begin(),
+                           [](double v) { return static_cast<float>(v); });
+    box[k] = box_of(view, slab.centre, half_sides(slab), grid);
+    wanted[k] = 1;
+  }
+
+  // As FitList has them on the device.
+  void write(cl_int* start, cl_int* fit, float* places) const {
+    const std::vector<cl_int>& listed = lists.box;
+    const std::size_t stride = listed.size();
+    std::ranges::copy(lists.start, start);
+    std::ranges::copy(listed, fit);
+    parallel_for(stride, 8 * kFitsAThread, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        for (std::size_t row = 0; row < rows; ++row)
+          places[row * stride + i] = place[static_cast<std::size_t>(listed[i])][row];
+    });
+  }
+};
+
 }  // namespace
 
 ScreenBox box_of(const View& view, const Vec3d& centre, const Vec3d& half, const SampleGrid& grid) {
@@ -118,61 +152,27 @@ TileLists list_boxes(const std::vector<ScreenBox>& boxes, const std::vector<char
 
 FitTiles list_fits(Device& device, const View& view, const BlendRecords& records,
                    const SampleGrid& grid) {
-  struct Fits {
-    std::vector<char> wanted;
-    std::vector<ScreenBox> box;
-    std::vector<std::array<float, 8>> place;  // see List in tile_lists.cl
-    std::size_t rows;                         // of these that the kernel reads
-    TileLists lists;
-  };
-  const std::size_t n = records.size();
-  const auto fits_of = [n](std::size_t rows) {
-    return Fits{std::vector<char>(n),
-                std::vector<ScreenBox>(n),
-                std::vector<std::array<float, 8>>(n),
-                rows,
-                {}};
-  };
-  Fits met = fits_of(8), rim = fits_of(4);
-  const auto list_slab = [&](Fits& fits, std::size_t k, const Slab& slab) {
-    const double place[] = {slab.centre.x, slab.centre.y, slab.centre.z, slab.reach,
-                            slab.normal.x, slab.normal.y, slab.normal.z, slab.thick};
-    std::ranges::transform(place, fits.place[k].begin(),
-                           [](double v) { return static_cast<float>(v); });
-    fits.box[k] = box_of(view, slab.centre, half_sides(slab), grid);
-    fits.wanted[k] = 1;
-  };
-  parallel_for(n, kFitsAThread, [&](std::size_t begin, std::size_t end) {
+  Listing met(records.size(), 8), rim(records.size(), 4);
+  parallel_for(records.size(), kFitsAThread, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const float *c = &records.record[k * kFitRecord], reach = records.foot[4 * k + 3];
       if (!(reach > 0)) continue;
       const Slopes slopes = slopes_of(c);
-      if (c[11] > 0) list_slab(met, k, slab_of(records, k, slopes, 0));
+      if (c[11] > 0) met.add(k, slab_of(records, k, slopes, 0), view, grid);
       if (!(c[13] > 0)) continue;
-      list_slab(rim, k,
-                slab_of(records, k, slopes, kRimDepth * (slopes.at_foot + slopes.bend * reach)));
+      const double deep = kRimDepth * (slopes.at_foot + slopes.bend * reach);
+      rim.add(k, slab_of(records, k, slopes, deep), view, grid);
       rim.wanted[k] = may_be_steep(view, records, k, slopes, rim.box[k], grid);
     }
   });
-  const auto list = [&](Fits& fits) { fits.lists = list_boxes(fits.box, fits.wanted, grid); };
-  parallel_both([&] { list(met); }, [&] { list(rim); });
-  const auto put = [&](const Fits& fits, cl_int* start, cl_int* fit, float* place) {
-    const std::vector<cl_int>& listed = fits.lists.box;
-    const std::size_t stride = listed.size();
-    std::ranges::copy(fits.lists.start, start);
-    std::ranges::copy(listed, fit);
-    parallel_for(stride, 8 * kFitsAThread, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i)
-        for (std::size_t row = 0; row < fits.rows; ++row)
-          place[row * stride + i] = fits.place[static_cast<std::size_t>(listed[i])][row];
-    });
-  };
+  parallel_both([&] { met.lists = list_boxes(met.box, met.wanted, grid); },
+                [&] { rim.lists = list_boxes(rim.box, rim.wanted, grid); });
   const std::size_t starts = met.lists.start.size(), of_met = met.lists.box.size(),
                     of_rim = rim.lists.box.size();
   UploadTogether<cl_int, cl_int, float, cl_int, cl_int, float> arrays(
       device, {starts, of_met, met.rows * of_met, starts, of_rim, rim.rows * of_rim});
-  put(met, arrays.data<0>(), arrays.data<1>(), arrays.data<2>());
-  put(rim, arrays.data<3>(), arrays.data<4>(), arrays.data<5>());
+  met.write(arrays.data<0>(), arrays.data<1>(), arrays.data<2>());
+  rim.write(arrays.data<3>(), arrays.data<4>(), arrays.data<5>());
   const auto [met_start, met_fit, met_place, rim_start, rim_fit, rim_place] = arrays.done();
   return {
       met.lists.nx, met.lists.ny, {met_start, met_fit, met_place}, {rim_start, rim_fit, rim_place}};
