@@ -22,7 +22,7 @@ enum { FRONT = 0, BEHIND = 1, EVERY = 2 };
 
 // Which samples of a list are kept: those where one map is less than another, and so where a third is
 // not finite, or where it is finite (list_samples.cl).
-enum { NEARER = 0, NEARER_UNLESS = 1, FINITE = 2 };
+enum { NEARER = 0, NEARER_UNLESS = 1 };
 
 // Added to the trust in a blended sample.
 #define ON_EDGE 2.0f  // at a convex crease: the density is low there although the sheets go on

@@ -9,7 +9,9 @@ std::shared_ptr<FitProblems> fit_problems(Frame& frame) {
   const SurfaceParticles& surface = frame.surface();
   const std::vector<std::int32_t>& fitted = frame.rim().index;
   const FitParams& params = frame.params.fit;
-  problems->records = fit_records(frame.projected(), surface);
+  const FitSurface on_device = upload_surface(frame.device, frame.projected(), surface);
+  problems->place = download(frame.device, on_device.place);
+  problems->turned = problems->normal = download(frame.device, on_device.normal);
   const FitLists& lists = problems->lists =
       list_neighbours(frame.projected(), fitted, surface.index, fit_reach(params),
                       std::size_t{1} << 28)
@@ -24,10 +26,9 @@ std::shared_ptr<FitProblems> fit_problems(Frame& frame) {
   problems->quadric.assign(10 * lanes, 0.0f);
   problems->residual.assign(lanes, -1.0f);
   problems->weight.assign(lists.neighbour.size(), 0.0f);
-  problems->turned = problems->records.normal;
   problems->input = {
-      problems->records.place.data(),
-      problems->records.normal.data(),
+      problems->place.data(),
+      problems->normal.data(),
       lists.particle.data(),
       lists.neighbour.data(),
       lists.first.data(),

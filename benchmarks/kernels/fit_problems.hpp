@@ -12,7 +12,7 @@
 namespace meniscus::bench {
 
 struct FitProblems {
-  FitRecords records;
+  std::vector<float> place, normal;  // [n + 1][4] as in FitSurface
   FitLists lists;
   std::vector<float> support, quadric, residual;  // [lanes], [10][lanes], [lanes]
   std::vector<float> weight, turned;              // [slots], [n + 1][4]

@@ -68,9 +68,13 @@ const Triangulation& Frame::mesh() {
 }
 
 const std::vector<Vec3d>& Frame::normals() {
-  if (!normals_)
+  if (!normals_) {
+    const NormalSources sources =
+        normal_sources(projected(), seen(), mesh(), without_descent(seen(), found()));
     normals_ = first_normals(view, projected(), seen(), mesh(),
-                             smooth_normals(mesh(), params.merge.smoothing_rounds));
+                             smooth_normals(mesh(), params.merge.smoothing_rounds, sources.vertex),
+                             sources);
+  }
   return *normals_;
 }
 

@@ -36,7 +36,7 @@ class Frame {
   const SplashSplit& split();
   const Visible& seen();  // the particles that may be fitted
   const Triangulation& mesh();
-  const std::vector<Vec3d>& normals();  // first normals of the seen particles
+  const std::vector<Vec3d>& normals();  // first normals of those seen where the field is flat
   const Cells& cells();                 // of the projected particles
   const FieldSurface& found();
   const SurfaceParticles& surface();

@@ -4,6 +4,7 @@
 #include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
 #include "stages/frame/visible.hpp"
+#include "verify/stage_cases/into_new.hpp"
 
 namespace meniscus::bench {
 namespace {

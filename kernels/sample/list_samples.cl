@@ -135,11 +135,11 @@ kernel void list_between(global const uchar* wanted,  // [rows][stride] of cells
 #define AT_ONCE 1
 #endif
 
-// Those of a list where `nearer` is less than `depth`, and so where `unwanted` is not finite, or where
-// `nearer` is finite (records.h).
+// Those of a list where `nearer` is less than `depth`, and where NEARER_UNLESS says so `unwanted` is not
+// finite.
 kernel void keep_samples(SAMPLES(const, sample, count),
                          global const float* nearer,    // [samples]
-                         global const float* depth,     // [samples], read unless FINITE
+                         global const float* depth,     // [samples]
                          global const float* unwanted,  // [samples], read where NEARER_UNLESS
                          SAMPLES(, kept, kept_count),   // out
                          const int tiles, const int where) {
@@ -154,7 +154,7 @@ kernel void keep_samples(SAMPLES(const, sample, count),
 #pragma unroll
     for (int m = 0; m < AT_ONCE; ++m) {
       at[m] = sample[min(k + m, listed - 1)];
-      keep[m] = (k + m < listed) & (nearer[at[m]] < (where == FINITE ? INFINITY : depth[at[m]]));
+      keep[m] = (k + m < listed) & (nearer[at[m]] < depth[at[m]]);
       if (where == NEARER_UNLESS) keep[m] &= !(unwanted[at[m]] < INFINITY);
     }
 #pragma unroll

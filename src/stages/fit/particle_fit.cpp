@@ -179,13 +179,6 @@ double noise_of(std::vector<float> residual) {
   return std::max(double{kOverLeast} * *least, kLeastNoise);
 }
 
-FitRecords fit_records(const Projected& projected, const SurfaceParticles& around) {
-  const std::size_t values = kRecord * (around.index.size() + 1);
-  FitRecords records{std::vector<float>(values), std::vector<float>(values)};
-  write_records(projected, around, {}, records.place.data(), {records.normal.data()});
-  return records;
-}
-
 FitSurface upload_surface(Device& device, const Projected& projected,
                           const SurfaceParticles& around, const std::vector<float>& roundness) {
   const std::size_t values = kRecord * (around.index.size() + 1);

@@ -71,20 +71,14 @@ inline constexpr double kRoundOffSurface =
     1.25;                                    // distance of the off-surface rows, radii, at most
 inline constexpr double kRoundRidge = 5e-5;  // on the quadratic terms, at most: bends need them
 
-/// What the kernels read of each particle of the surface, and of nobody behind the last, whose u
-/// is 0.
-struct FitRecords {
-  std::vector<float> place;   // [n + 1][4] eye space, particle radii; u
-  std::vector<float> normal;  // [n + 1][4] unit; roundness, 0
-};
-FitRecords fit_records(const Projected& projected, const SurfaceParticles& around);
-
 /// Trial fits of a particle (roundness.hpp).
 inline constexpr int kTrials = 2;
 
-/// The surface's particles on the device, see FitRecords.
+/// What the kernels read of each particle of the surface, and of nobody behind the last, whose u
+/// is 0.
 struct FitSurface {
-  Buffer<float> place, normal;
+  Buffer<float> place;   // [n + 1][4] eye space, particle radii; u
+  Buffer<float> normal;  // [n + 1][4] unit; roundness, 0
   Buffer<float> turned;  // as `normal`; passes turn the normals of those that are fitted
   Buffer<float> tried;   // the same of each trial
   cl_int nobody = 0;

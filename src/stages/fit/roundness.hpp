@@ -71,7 +71,7 @@ Evidence measure_evidence(Device& device, const FitSurface& surface, const Trial
 SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlaces& trials,
                       const FitParams& params, const BlendParams& blend, double disorder = 0);
 
-/// Puts the roundness of each particle that is tried, 0 .. 1, behind its normal (FitRecords): 0
+/// Puts the roundness of each particle that is tried, 0 .. 1, behind its normal (FitSurface): 0
 /// where two sheets meet or the surface is flat, 1 where one quadric goes round a bend. With the
 /// mean score of the bent places within 36: smoothstep(2, 2.24, score) as far as it bends
 /// (kernel set_roundness). Does not wait. Throws DeviceError.

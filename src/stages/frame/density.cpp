@@ -67,9 +67,4 @@ DeviceCells level_cells(Device& device, const DeviceCells& cells, Measured where
   return levelled;
 }
 
-DeviceCells level_cells(Device& device, const DeviceCells& cells, const RegionParams& params,
-                        Measured where, double lone) {
-  return level_cells(device, cells, where, params, allocate<float>(device, 4 * cells.x.size), lone);
-}
-
 }  // namespace meniscus

@@ -96,8 +96,4 @@ Buffer<float> measure_gradients(Device& device, const DeviceCells& cells,
 DeviceCells level_cells(Device& device, const DeviceCells& cells, Measured where,
                         const RegionParams& params, const Buffer<float>& field, double lone = 1);
 
-/// These cells alone.
-DeviceCells level_cells(Device& device, const DeviceCells& cells, const RegionParams& params,
-                        Measured where = Measured::everywhere, double lone = 1);
-
 }  // namespace meniscus

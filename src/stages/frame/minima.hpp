@@ -17,13 +17,6 @@ inline Buffer<float> no_bound(Device& device, const SampleGrid& grid) {
   return constant(device, bins_of(grid).size(), kNoSurface);
 }
 
-/// A new map to draw into: of `value` where the device lowers or raises it by atomics, else of
-/// anything.
-inline Buffer<float> map_to_draw(Device& device, const SampleGrid& grid, float value) {
-  return draws_by_minima(device) ? filled(device, grid.size(), value)
-                                 : allocate<float>(device, grid.size());
-}
-
 /// A kernel's range where every one of `count` discs is drawn by items of its own.
 inline Range disc_items(int count, int width) {
   constexpr std::size_t kShares = 8;  // SHARES in minima.cl

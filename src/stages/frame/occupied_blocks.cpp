@@ -7,12 +7,4 @@ std::size_t blocks_in(const SampleGrid& grid) {
   return 4 * tiles(grid.nx) * tiles(grid.ny);
 }
 
-OccupiedBlocks any_blocks(Device& device, const SampleGrid& grid) {
-  return constant<cl_int>(device, blocks_in(grid), 1);
-}
-
-OccupiedBlocks no_blocks(Device& device, const SampleGrid& grid) {
-  return filled<cl_int>(device, blocks_in(grid), 0);
-}
-
 }  // namespace meniscus

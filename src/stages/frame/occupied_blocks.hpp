@@ -19,10 +19,4 @@ using OccupiedBlocks = Buffer<cl_int>;
 /// Blocks of all tiles of a grid.
 std::size_t blocks_in(const SampleGrid& grid);
 
-/// Of a map that is written everywhere, finite or not.
-OccupiedBlocks any_blocks(Device& device, const SampleGrid& grid);
-
-/// Of none so far.
-OccupiedBlocks no_blocks(Device& device, const SampleGrid& grid);
-
 }  // namespace meniscus

@@ -230,13 +230,6 @@ void splat_fronts(Device& device, const SplatParticles& particles, const SampleG
            std::tie(into.depth, into.occupied));
 }
 
-Fronts splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                    double footprint, double bulge) {
-  const Fronts maps{map_to_draw(device, grid, kNoSurface), no_blocks(device, grid)};
-  splat_fronts(device, particles, grid, footprint, bulge, maps);
-  return maps;
-}
-
 void splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                   double footprint, const OccupiedBlocks& needed, const Extent& into) {
   const bool by_minima = draws_by_minima(device);
@@ -265,14 +258,6 @@ void splat_fronts_and_extent(Device& device, const SampleGrid& grid, const Splat
   const cl_float2 sphere{{static_cast<float>(footprint), static_cast<float>(bulge)}};
   lower_fronts_and_extents(device, grid, {seen, sphere, fronts},
                            {others, sphere_of(radius), extent});
-}
-
-Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                    double footprint, const OccupiedBlocks& needed) {
-  const Extent extent{map_to_draw(device, grid, kNoSurface), map_to_draw(device, grid, 0.0f),
-                      no_blocks(device, grid)};
-  splat_extent(device, particles, grid, footprint, needed, extent);
-  return extent;
 }
 
 SampleGrid count_owned(Device& device, const View& view, const Projected& projected,

@@ -67,10 +67,6 @@ struct Fronts {
 void splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
                   double footprint, double bulge, const Fronts& into);
 
-/// The same into new maps.
-Fronts splat_fronts(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                    double footprint, double bulge);
-
 /// From the nearest front to the farthest back of the spheres at every node.
 struct Extent {
   Buffer<float> from;  // [ny*nx] particle radii, in occupied blocks; kNoSurface where nothing is
@@ -89,10 +85,6 @@ void splat_extent(Device& device, const SplatParticles& particles, const SampleG
 void splat_fronts_and_extent(Device& device, const SampleGrid& grid, const SplatParticles& seen,
                              double footprint, double bulge, const Fronts& fronts,
                              const SplatParticles& others, double radius, const Extent& extent);
-
-/// The same into new maps.
-Extent splat_extent(Device& device, const SplatParticles& particles, const SampleGrid& grid,
-                    double footprint, const OccupiedBlocks& needed);
 
 /// The particles that are seen.
 struct Visible {

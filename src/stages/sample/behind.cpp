@@ -32,11 +32,4 @@ void splat_behind(Device& device, const DiscsBehind& discs, const SampleLists& s
            static_cast<cl_float>(gap));
 }
 
-Buffer<float> splat_behind(Device& device, const DiscsBehind& discs, const SampleLists& samples,
-                           const Buffer<float>& behind, double gap) {
-  const Buffer<float> depth = map_to_draw(device, samples.grid, kNoSurface);
-  splat_behind(device, discs, samples, behind, gap, depth);
-  return depth;
-}
-
 }  // namespace meniscus

@@ -31,8 +31,4 @@ DiscsBehind list_discs(Device& device, const SplatParticles& particles, cl_float
 void splat_behind(Device& device, const DiscsBehind& discs, const SampleLists& samples,
                   const Buffer<float>& behind, double gap, const Buffer<float>& into);
 
-/// The same into a new map.
-Buffer<float> splat_behind(Device& device, const DiscsBehind& discs, const SampleLists& samples,
-                           const Buffer<float>& behind, double gap);
-
 }  // namespace meniscus

@@ -58,11 +58,4 @@ void draw_triangles(Device& device, const View& view, const KeptTriangles& trian
   });
 }
 
-Buffer<float> draw_triangles(Device& device, const View& view, const Triangulation& mesh,
-                             const SampleGrid& grid, const OccupiedBlocks& needed) {
-  const Buffer<float> depth = map_to_draw(device, grid, kNoSurface);
-  draw_triangles(device, view, upload_triangles(device, mesh), grid, needed, depth);
-  return depth;
-}
-
 }  // namespace meniscus

@@ -23,8 +23,4 @@ void draw_triangles(Device& device, const View& view, const KeptTriangles& trian
                     const SampleGrid& grid, const OccupiedBlocks& needed,
                     const Buffer<float>& into);
 
-/// The same of a mesh, into a new map.
-Buffer<float> draw_triangles(Device& device, const View& view, const Triangulation& mesh,
-                             const SampleGrid& grid, const OccupiedBlocks& needed);
-
 }  // namespace meniscus

@@ -44,11 +44,6 @@ GapLists list_gaps(Device& device, const SampleGrid& grid, const Buffer<float>& 
   return gaps;
 }
 
-GapLists list_gaps(Device& device, const SampleGrid& grid, const Buffer<float>& open, double gap) {
-  return list_gaps(device, grid, open, any_blocks(device, grid), blocks_of(device, grid, false),
-                   gap);
-}
-
 LayerSamples list_fronts(Device& device, const SampleGrid& grid, const FrontMaps& fronts,
                          int every) {
   const LayerSamples lists{room_for_samples(device, grid), room_for_samples(device, grid)};
@@ -72,10 +67,6 @@ LayerSamples list_between(Device& device, const SampleGrid& grid, const Buffer<c
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
                          const Buffer<float>& depth) {
   return keep(device, lists, nearer, depth, depth, records::NEARER);
-}
-
-SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& wanted) {
-  return keep(device, lists, wanted, wanted, wanted, records::FINITE);
 }
 
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,

@@ -34,9 +34,6 @@ struct GapLists {
 GapLists list_gaps(Device& device, const SampleGrid& grid, const Buffer<float>& open,
                    const OccupiedBlocks& occupied, const ListedBlocks& blocks, double gap);
 
-/// The same of a map that is written everywhere.
-GapLists list_gaps(Device& device, const SampleGrid& grid, const Buffer<float>& open, double gap);
-
 /// Samples that may show surface, and those that may show splash.
 struct LayerSamples {
   SampleLists surface, splash;
@@ -68,9 +65,6 @@ inline bool vectors_are_filled(Device& device) { return device.state().vector_wi
 /// Those of `lists` where `nearer` is less than `depth`. Does not wait.
 SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& nearer,
                          const Buffer<float>& depth);
-
-/// Those of `lists` where `wanted` is finite. Does not wait.
-SampleLists keep_samples(Device& device, const SampleLists& lists, const Buffer<float>& wanted);
 
 /// Those of `lists` where `nearer` is less than `depth` and `unwanted` is not finite. Does not
 /// wait.

@@ -182,12 +182,6 @@ double likeness(const Vec3d& a, const Vec3d& b) {
 
 }  // namespace
 
-std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds) {
-  std::vector<std::int32_t> all(mesh.position.size());
-  std::iota(all.begin(), all.end(), 0);
-  return smooth_normals(mesh, rounds, all);
-}
-
 std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds,
                                   const std::vector<std::int32_t>& vertices) {
   const std::vector<int> takes_part = rounds_around(mesh, rounds, vertices);

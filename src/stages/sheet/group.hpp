@@ -20,11 +20,9 @@ struct Groups {
   std::size_t size() const { return centre.size(); }
 };
 
-/// Bilateral smoothing of the kept triangles' normals: each becomes the sum over the triangles that
-/// share a vertex with it of area * ((1 + n.n') / 2)^16 * n', normalised.
-std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds);
-
-/// The same for the triangles around some vertices; others' normals are left as they come.
+/// Bilateral smoothing of the kept triangles' normals around some vertices: each becomes the sum
+/// over the triangles that share a vertex with it of area * ((1 + n.n') / 2)^16 * n', normalised.
+/// Others' normals are left as they come.
 std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds,
                                   const std::vector<std::int32_t>& vertices);
 

@@ -24,28 +24,9 @@ struct SheetFits {
   Buffer<float> value;   // [values][n], one or three
 };
 
-/// Copies fits into new buffers. Arguments as below.
-SheetFits upload_sheet(Device& device, const Cells& cells, const std::vector<Vec3d>& normal,
-                       const std::vector<float>& share,
-                       const std::vector<std::vector<float>>& values);
-
 /// The means of the values over the sheet around each fit, [values][n] in bucket order. Does not
 /// wait.
 void average_sheet(Device& device, const SheetFits& fits, const SheetWeights& weights,
                    const Buffer<float>& mean);
-
-/// The means of one or three values over the sheet around each of n fits [n]; 0 where nothing
-/// counts. Waits.
-///
-///   position  [n] eye space, particle radii
-///   normal    [n] unit
-///   share     [n] how much each fit counts, 0 .. 1
-///   values    [n] each
-std::vector<std::vector<float>> average_on_sheets(Device& device,
-                                                  const std::vector<Vec3d>& position,
-                                                  const std::vector<Vec3d>& normal,
-                                                  const std::vector<float>& share,
-                                                  const std::vector<std::vector<float>>& values,
-                                                  const SheetWeights& weights);
 
 }  // namespace meniscus

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 #include "base/parallel.hpp"
@@ -94,14 +93,6 @@ std::vector<Vec3d> first_normals(const View& view, const Projected& projected, c
         normalized(mean, normalized(-ray_direction(view, projected.u[i], projected.v[i])));
   }
   return result;
-}
-
-std::vector<Vec3d> first_normals(const View& view, const Projected& projected, const Visible& seen,
-                                 const Triangulation& mesh, const std::vector<Vec3d>& normals) {
-  std::vector<std::int32_t> all(seen.index.size());
-  std::iota(all.begin(), all.end(), 0);
-  return first_normals(view, projected, seen, mesh, normals,
-                       normal_sources(projected, seen, mesh, std::move(all)));
 }
 
 FieldSurface find_surface(const Visible& seen, const Cells& cells, std::span<const float> gradients,

@@ -59,10 +59,6 @@ std::vector<Vec3d> first_normals(const View& view, const Projected& projected, c
                                  const Triangulation& mesh, const std::vector<Vec3d>& normals,
                                  const NormalSources& sources);
 
-/// The same for all seen particles.
-std::vector<Vec3d> first_normals(const View& view, const Projected& projected, const Visible& seen,
-                                 const Triangulation& mesh, const std::vector<Vec3d>& normals);
-
 /// The particles that stand for the surface, and how far each does.
 struct SurfaceParticles {
   std::vector<std::int32_t> index;  // [n] places in Projected, ascending

@@ -6,6 +6,7 @@
 #include "verify/reference/visible.hpp"
 #include "verify/stage_cases/cases.hpp"
 #include "verify/stage_cases/inputs.hpp"
+#include "verify/stage_cases/into_new.hpp"
 #include "verify/stage_cases/worst.hpp"
 
 namespace meniscus::verify {

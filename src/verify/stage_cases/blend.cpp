@@ -5,6 +5,7 @@
 #include "verify/reference/blend.hpp"
 #include "verify/stage_cases/cases.hpp"
 #include "verify/stage_cases/fits_by_hand.hpp"
+#include "verify/stage_cases/into_new.hpp"
 #include "verify/stage_cases/worst.hpp"
 
 namespace meniscus::verify {

@@ -6,6 +6,7 @@
 
 #include "stages/fit/particle_fit.hpp"
 #include "stages/sheet/group.hpp"
+#include "stages/sheet/surface.hpp"
 #include "stages/sheet/triangulate.hpp"
 #include "verify/reference/particle_fit.hpp"
 #include "verify/stage_cases/inputs.hpp"
@@ -52,6 +53,23 @@ Projected field(int n, unsigned seed, Depth&& depth) {
 
 inline Triangulation triangulated(const Projected& p) {
   return triangulate(plain_view(), p, all_visible(p), {});
+}
+
+/// Smoothed normals of all triangles.
+inline std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds) {
+  std::vector<std::int32_t> all(mesh.position.size());
+  std::iota(all.begin(), all.end(), 0);
+  return smooth_normals(mesh, rounds, all);
+}
+
+/// First normals of all seen particles.
+inline std::vector<Vec3d> first_normals(const View& view, const Projected& projected,
+                                        const Visible& seen, const Triangulation& mesh,
+                                        const std::vector<Vec3d>& normals) {
+  std::vector<std::int32_t> all(seen.index.size());
+  std::iota(all.begin(), all.end(), 0);
+  return first_normals(view, projected, seen, mesh, normals,
+                       normal_sources(projected, seen, mesh, std::move(all)));
 }
 
 /// Depths of surfaces.

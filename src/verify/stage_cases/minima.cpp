@@ -11,6 +11,7 @@
 #include "verify/reference/visible.hpp"
 #include "verify/stage_cases/cases.hpp"
 #include "verify/stage_cases/inputs.hpp"
+#include "verify/stage_cases/into_new.hpp"
 #include "verify/stage_cases/mesh_by_hand.hpp"
 #include "verify/stage_cases/worst.hpp"
 #include "verify/with_discs.hpp"

@@ -3,6 +3,7 @@
 
 #include "verify/reference/region.hpp"
 #include "verify/stage_cases/cases.hpp"
+#include "verify/stage_cases/into_new.hpp"
 #include "verify/stage_cases/mesh_by_hand.hpp"
 #include "verify/stage_cases/worst.hpp"
 

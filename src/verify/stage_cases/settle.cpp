@@ -3,6 +3,7 @@
 #include "verify/stage_cases/settle.hpp"
 
 #include "verify/stage_cases/cases.hpp"
+#include "verify/stage_cases/into_new.hpp"
 #include "verify/stage_cases/worst.hpp"
 
 namespace meniscus::verify {
@@ -147,8 +148,8 @@ ReferenceErrors weight_errors(Device& device, int size, const Disorder& disorder
   const Cells cells = make_cells(particles.x, particles.y, particles.z, kDensitySupport);
   const RegionParams params = for_disorder(RegionParams{}, disorder);
   const double lone = lone_factor({}, disorder);
-  const DeviceCells levelled = level_cells(device, upload_cells(device, cells, disorder.mass()),
-                                           params, Measured::everywhere, lone);
+  const DeviceCells levelled =
+      level_cells(device, upload_cells(device, cells, disorder.mass()), params, lone);
   const std::vector<double> weight = by_particle(cells, download(device, levelled.weight));
   Worst worst("measure_gradients", "weight");
   see_weights(particles, disorder.mass(), params.blob_density, lone, weight, &worst);

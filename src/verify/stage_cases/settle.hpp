@@ -4,6 +4,7 @@
 #include "stages/sample/settle.hpp"
 #include "verify/reference/settle.hpp"
 #include "verify/stage_cases/inputs.hpp"
+#include "verify/stage_cases/into_new.hpp"
 
 namespace meniscus {
 

@@ -1,6 +1,7 @@
 // average_on_sheets: two sheets at a right angle, with fits that count for nothing among them.
-#include "verify/reference/sheet.hpp"
+#include "verify/stage_cases/sheet.hpp"
 
+#include "verify/reference/sheet.hpp"
 #include "verify/stage_cases/cases.hpp"
 #include "verify/stage_cases/inputs.hpp"
 #include "verify/stage_cases/worst.hpp"

@@ -7,6 +7,7 @@
 #include "verify/reference/density.hpp"
 #include "verify/reference/settle.hpp"
 #include "verify/stage_cases/cases.hpp"
+#include "verify/stage_cases/into_new.hpp"
 #include "verify/stage_cases/mesh_by_hand.hpp"
 
 namespace meniscus {
@@ -128,7 +129,7 @@ TEST_P(Density, LoneIrregularParticlesReachTheLevelAtTheirRadius) {
     const Disorder disorder{.amount = amount};
     const RegionParams params = for_disorder(RegionParams{}, disorder);
     const DeviceCells alone = level_cells(device_, upload_cells(device_, cells, disorder.mass()),
-                                          params, Measured::everywhere, lone_factor({}, disorder));
+                                          params, lone_factor({}, disorder));
     const double weight = download(device_, alone.weight)[0];
     // The kernels' polynomial is the spline's to 1/100, and with it the radius.
     EXPECT_NEAR(weight * reference::cubic_spline(0.5 / disorder.unit()), params.blob_density,
@@ -143,9 +144,9 @@ TEST_P(Density, IrregularParticlesCountNoLessWhereTheyAreMany) {
   const double lone = lone_factor({}, disorder);
   const auto weights = [&](const Projected& p, double factor) {
     const Cells cells = make_cells(p.x, p.y, p.z, kDensitySupport);
-    return download(device_, level_cells(device_, upload_cells(device_, cells, disorder.mass()),
-                                         params, Measured::everywhere, factor)
-                                 .weight);
+    return download(
+        device_,
+        level_cells(device_, upload_cells(device_, cells, disorder.mass()), params, factor).weight);
   };
   // As many at one place as it takes until they count once, and two more.
   const double enough = (lone - 0.3) / 0.7;

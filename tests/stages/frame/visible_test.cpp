@@ -11,6 +11,7 @@
 #include "stages/stage_test_support.hpp"
 #include "verify/reference/visible.hpp"
 #include "verify/stage_cases/cases.hpp"
+#include "verify/stage_cases/into_new.hpp"
 #include "verify/stage_cases/worst.hpp"
 
 namespace meniscus {

@@ -8,6 +8,7 @@
 #include "stages/sample/blend.hpp"
 #include "stages/stage_test_support.hpp"
 #include "verify/stage_cases/fits_by_hand.hpp"
+#include "verify/stage_cases/into_new.hpp"
 
 namespace meniscus {
 

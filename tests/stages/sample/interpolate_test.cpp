@@ -6,6 +6,7 @@
 #include <set>
 
 #include "stages/stage_test_support.hpp"
+#include "verify/stage_cases/into_new.hpp"
 
 namespace meniscus {
 namespace {

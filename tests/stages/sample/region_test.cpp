@@ -4,6 +4,7 @@
 
 #include "stages/sample/specks.hpp"
 #include "stages/stage_test_support.hpp"
+#include "verify/stage_cases/into_new.hpp"
 #include "verify/stage_cases/mesh_by_hand.hpp"
 
 namespace meniscus {

@@ -4,6 +4,7 @@
 #include "device/kernels.hpp"
 #include "stages/sample/settle.hpp"
 #include "stages/stage_test_support.hpp"
+#include "verify/stage_cases/into_new.hpp"
 
 namespace meniscus {
 namespace {

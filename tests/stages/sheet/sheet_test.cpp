@@ -1,6 +1,6 @@
 // Means over sheets where nothing counts, on every device; others are compared with a loop over all
 // fits in References.EveryStageIsWithinItsBounds.
-#include "stages/sheet/sheet.hpp"
+#include "verify/stage_cases/sheet.hpp"
 
 #include "stages/stage_test_support.hpp"
 
