@@ -98,8 +98,8 @@ typedef struct {
 
 // A pair of samples that lie opposite each other. One nearer than its span is another surface in
 // front, one outside the image is unknown: then neither counts, which keeps the window symmetric.
-// One beyond its span counts as
-// mu behind the centre. One within it moves the span's ends to at least delta around it.
+// One beyond its span counts as mu behind the centre. One within it moves the span's ends to at
+// least delta around it.
 inline void add_pair(const floatv a, const floatv b, const floatv weight, const intv open,
                      const floatv t, const float delta, const float mu, Span* sa, Span* sb,
                      floatv* sum, floatv* total) {

@@ -5,8 +5,9 @@
 //   group's normal. (With z among the basis functions f = z would solve it whatever the points.)
 // - In Eq. 3 z is the region, 1 inside and 0 outside, and the result is cut at 1/2. A sample
 //   outside has no normal; w_n is 1 wherever one of the two samples has none.
-// - In Eq. 7 b = R (b_share.x + b_share.y s^4), .15 and .45 by default, R the group's radius, s the dot product of its normal and
-//   that of the group that the sample's triangle belongs to, 0 where it is negative.
+// - In Eq. 7 b = R (b_share.x + b_share.y s^4), .15 and .45 by default, R the group's radius, s the dot
+//   product of its normal and that of the group that the sample's triangle belongs to, 0 where it is
+//   negative.
 // - In Eq. 6 the denominator's sum runs over k.
 
 // h(x, y) = a0 + a1 x + a2 y + a3 xx + a4 xy + a5 yy.
@@ -101,19 +102,19 @@ kernel void fit_heights(global const float* points,  // [4][slots] x, y, z over 
 // Barycentric coordinates of a sample in a triangle on the screen.
 typedef struct {
   float l0, l1, l2;
-} Place;
+} Barycentric;
 
-inline Place place_in(global const float* corners, const int stride, const int k, const float u,
-                      const float v) {
+inline Barycentric barycentric_in(global const float* corners, const int stride, const int k,
+                                  const float u, const float v) {
   const float u0 = corners[k], v0 = corners[stride + k];
   const float u1 = corners[3 * stride + k] - u0, v1 = corners[4 * stride + k] - v0;
   const float u2 = corners[6 * stride + k] - u0, v2 = corners[7 * stride + k] - v0;
   const float inverse = 1.0f / (u1 * v2 - u2 * v1);  // +-infinity: no sample is inside
-  Place place;
-  place.l1 = ((u - u0) * v2 - u2 * (v - v0)) * inverse;
-  place.l2 = (u1 * (v - v0) - (u - u0) * v1) * inverse;
-  place.l0 = 1.0f - place.l1 - place.l2;
-  return place;
+  Barycentric at;
+  at.l1 = ((u - u0) * v2 - u2 * (v - v0)) * inverse;
+  at.l2 = (u1 * (v - v0) - (u - u0) * v1) * inverse;
+  at.l0 = 1.0f - at.l1 - at.l2;
+  return at;
 }
 
 // The triangle under every sample (2.4.1). Triangles of a Delaunay triangulation do not overlap;
@@ -136,8 +137,8 @@ kernel void own_samples(global const float* corners,  // [9][stride] u, v, t of 
   const int j1 = min(samples.y - 1, (int)floor(clamp(bottom, -1.0f, 1e6f)));
   for (int j = j0; j <= j1; ++j)
     for (int i = i0; i <= i1; ++i) {
-      const Place at =
-          place_in(corners, stride, k, first + step * (float)i, first + step * (float)j);
+      const Barycentric at =
+          barycentric_in(corners, stride, k, first + step * (float)i, first + step * (float)j);
       // A sample on an edge belongs to both sides in spite of rounding.
       if (at.l0 >= -1e-5f && at.l1 >= -1e-5f && at.l2 >= -1e-5f)
         atomic_min(owner + j * samples.x + i, k);
@@ -161,8 +162,8 @@ kernel void draw_region(global const float* corners,          // [9][stride] see
     depth[s] = INFINITY;
     return;
   }
-  const Place at = place_in(corners, stride, k, samples.first + samples.step * (float)i,
-                            samples.first + samples.step * (float)j);
+  const Barycentric at = barycentric_in(corners, stride, k, samples.first + samples.step * (float)i,
+                                        samples.first + samples.step * (float)j);
   const float t0 = corners[2 * stride + k], t1 = corners[5 * stride + k];
   const float t2 = corners[8 * stride + k];
   group[s] = group_of_triangle[k];

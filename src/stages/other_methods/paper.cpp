@@ -27,19 +27,19 @@ double slim_weight(double d) {
   return d <= 0.5 ? exp_negative(-8 * d * d) : 2.16536453 * rest * rest * rest * rest;
 }
 
-// An orthonormal frame whose third axis is the unit vector n.
-struct Frame {
+// Orthonormal axes of which the third is the unit vector n.
+struct Axes {
   Vec3d x, y, z;
-  explicit Frame(const Vec3d& n) : z(n) {
+  explicit Axes(const Vec3d& n) : z(n) {
     x = normalized(cross(n, std::abs(n.x) < 0.7 ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0}));
     y = cross(n, x);
   }
 };
 
-// f(X) = z - R h(x / R, y / R) with x, y, z the coordinates of X in the frame.
-std::array<float, 10> quadric_of(const Frame& frame, double R, const std::array<float, 6>& h) {
-  const Vec3d &a = frame.x, &b = frame.y;
-  const Vec3d linear = frame.z - a * h[1] - b * h[2];
+// f(X) = z - R h(x / R, y / R) with x, y, z the coordinates of X along the axes.
+std::array<float, 10> quadric_of(const Axes& axes, double R, const std::array<float, 6>& h) {
+  const Vec3d &a = axes.x, &b = axes.y;
+  const Vec3d linear = axes.z - a * h[1] - b * h[2];
   const double xx = -h[3] / R, xy = -h[4] / R, yy = -h[5] / R;
   const auto square = [&](double ai, double bi) {
     return xx * ai * ai + xy * ai * bi + yy * bi * bi;
@@ -138,11 +138,11 @@ Quadrics fit_heights(Device& device, const Triangulation& mesh, const Groups& gr
   std::vector<float> points(4 * slots);
   std::vector<double> scale(n);
   for (std::size_t g = 0; g < n; ++g) {
-    const Frame frame(groups.normal[g]);
+    const Axes axes(groups.normal[g]);
     scale[g] = kSupport * groups.radius[g];
     for (std::int32_t k = groups.start[g]; k < groups.start[g + 1]; ++k) {
       const Vec3d q = (mesh.position[groups.point[k]] - groups.centre[g]) / scale[g];
-      const double row[4] = {dot(frame.x, q), dot(frame.y, q), dot(frame.z, q),
+      const double row[4] = {dot(axes.x, q), dot(axes.y, q), dot(axes.z, q),
                              slim_weight(length(q))};
       for (std::size_t r = 0; r < 4; ++r) points[r * slots + k] = static_cast<float>(row[r]);
     }
@@ -156,7 +156,7 @@ Quadrics fit_heights(Device& device, const Triangulation& mesh, const Groups& gr
     std::array<float, 6> a;
     for (std::size_t k = 0; k < 6; ++k) a[k] = h[k * n + g];
     std::array<float, 10>& c = quadrics.coefficient[g];
-    c = quadric_of(Frame(groups.normal[g]), scale[g], a);
+    c = quadric_of(Axes(groups.normal[g]), scale[g], a);
     if (offset != 0)  // the level f = offset |grad f(centre)|
       c[0] -= static_cast<float>(offset * length(Vec3d{c[1], c[2], c[3]}));
     quadrics.residual[g] = static_cast<float>(h[6 * n + g] * scale[g]);
