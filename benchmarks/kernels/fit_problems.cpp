@@ -12,7 +12,7 @@ std::shared_ptr<FitProblems> fit_problems(Frame& frame) {
   const FitSurface on_device = upload_surface(frame.device, frame.projected(), surface);
   problems->place = download(frame.device, on_device.place);
   problems->turned = problems->normal = download(frame.device, on_device.normal);
-  const FitLists& lists = problems->lists =
+  const NeighbourLists& lists = problems->lists =
       list_neighbours(frame.projected(), fitted, surface.index, fit_reach(params),
                       std::size_t{1} << 28)
           .front();

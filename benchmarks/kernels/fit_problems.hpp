@@ -13,7 +13,7 @@ namespace meniscus::bench {
 
 struct FitProblems {
   std::vector<float> place, normal;  // [n + 1][4] as in FitSurface
-  FitLists lists;
+  NeighbourLists lists;
   std::vector<float> support, quadric, residual;  // [lanes], [10][lanes], [lanes]
   std::vector<float> weight, turned;              // [slots], [n + 1][4]
   double fits = 0, neighbours = 0;                // neighbours of all fits together

@@ -20,7 +20,7 @@ static_assert(NearLists::kBlock % kLanes == 0);
 
 // The lists of a block's fits by themselves, neighbours fit by fit.
 struct Block {
-  FitLists lists;                // without neighbours
+  NeighbourLists lists;          // without neighbours
   const NearLists::Block* near;  // these
   std::size_t begin, slots = 0;  // first fit; slots that the lists take
 };
@@ -34,7 +34,7 @@ Block list_block(const NearLists::Block& near, const std::vector<std::int32_t>& 
   for (std::size_t l = 0; l + 1 < near.start.size(); ++l)
     order.push_back((near.start[l + 1] - near.start[l]) << 32 | l);
   std::sort(order.begin(), order.end());
-  FitLists& lists = block.lists;
+  NeighbourLists& lists = block.lists;
   for (const std::uint64_t sized : order) {
     const std::size_t k = begin + (sized & 0xffffffffu);
     lists.fit.push_back(static_cast<std::int32_t>(k));
@@ -108,12 +108,12 @@ void fill_slots(const Block& block, cl_int nobody, cl_int* slots) {
 }
 
 // Some blocks' lists as one; the neighbours go to `neighbour`, which has room for their slots.
-FitLists joined(Blocks blocks, cl_int nobody, cl_int* neighbour) {
-  FitLists all;
+NeighbourLists joined(Blocks blocks, cl_int nobody, cl_int* neighbour) {
+  NeighbourLists all;
   std::vector<std::size_t> from;  // first slot of each block
   std::size_t slots = 0;
   for (const Block& block : blocks) {
-    const FitLists& own = block.lists;
+    const NeighbourLists& own = block.lists;
     all.fit.insert(all.fit.end(), own.fit.begin(), own.fit.end());
     all.particle.insert(all.particle.end(), own.particle.begin(), own.particle.end());
     all.length.insert(all.length.end(), own.length.begin(), own.length.end());
@@ -157,11 +157,11 @@ LaneCells upload_lane_cells(Device& device, const Projected& projected,
 
 }  // namespace
 
-std::vector<FitLists> list_neighbours(const Projected& projected,
-                                      const std::vector<std::int32_t>& centre,
-                                      const std::vector<std::int32_t>& around, double reach,
-                                      std::size_t most_slots) {
-  std::vector<FitLists> parts;
+std::vector<NeighbourLists> list_neighbours(const Projected& projected,
+                                            const std::vector<std::int32_t>& centre,
+                                            const std::vector<std::int32_t>& around, double reach,
+                                            std::size_t most_slots) {
+  std::vector<NeighbourLists> parts;
   const NearLists near = list_near(projected, centre, around, reach);
   in_parts(list_blocks(near, centre, around), most_slots, [&](Blocks blocks) {
     std::vector<cl_int> neighbour(slots_of(blocks));
@@ -188,7 +188,7 @@ FitNeighbours upload_neighbours(Device& device, const Projected& projected, cons
     const std::size_t batches = batches_of(part);
     UploadTogether<cl_int, float, cl_int, cl_int, cl_int> arrays(
         device, {kLanes * batches, kLanes * batches, slots, batches, batches});
-    FitLists lists = joined(part, static_cast<cl_int>(around.size()), arrays.data<2>());
+    NeighbourLists lists = joined(part, static_cast<cl_int>(around.size()), arrays.data<2>());
     std::copy(lists.particle.begin(), lists.particle.end(), arrays.data<0>());
     std::ranges::transform(lists.fit, arrays.data<1>(), [&](std::int32_t fit) {
       return fit < 0 ? 0 : centre.influence_of(static_cast<std::size_t>(fit));

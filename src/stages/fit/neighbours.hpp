@@ -21,7 +21,7 @@ inline constexpr float kResidualReach = 6;
 /// The neighbours of fits, as kernel fit_particles takes them: fits in batches of 16 lanes,
 /// those with about as many neighbours together. Neighbour k of lane l is in slot first[l / 16] + l
 /// % 16 + 16 k.
-struct FitLists {
+struct NeighbourLists {
   std::vector<std::int32_t> fit;      // [lanes] -1: the lane is not in use
   std::vector<cl_int> particle;       // [lanes] the fit's place in the surface, else nobody's
   std::vector<cl_int> first, length;  // [batches] first slot; slots a lane
@@ -30,10 +30,10 @@ struct FitLists {
 
 /// Lists of all particles of `around` within `reach` of each of `centre`, one or several where that
 /// makes more than `most_slots` slots.
-std::vector<FitLists> list_neighbours(const Projected& projected,
-                                      const std::vector<std::int32_t>& centre,
-                                      const std::vector<std::int32_t>& around, double reach,
-                                      std::size_t most_slots);
+std::vector<NeighbourLists> list_neighbours(const Projected& projected,
+                                            const std::vector<std::int32_t>& centre,
+                                            const std::vector<std::int32_t>& around, double reach,
+                                            std::size_t most_slots);
 
 /// Fits in cells of side kResidualReach, in which they are averaged (average_lanes()).
 struct LaneCells {
@@ -46,7 +46,7 @@ struct LaneCells {
 /// Lists of neighbours on the device, and the fits of their lanes.
 struct FitNeighbours {
   struct Part {
-    FitLists lists;  // but for the neighbours
+    NeighbourLists lists;  // but for the neighbours
     Buffer<cl_int> particle;
     Buffer<float> influence;  // [lanes] Visible::influence of the fit
     Buffer<cl_int> neighbour, first, length;

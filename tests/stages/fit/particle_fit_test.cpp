@@ -109,7 +109,7 @@ TEST(BeforeFinders, TellTheSameInAnyRange) {
     }
 }
 
-TEST(FitLists, HoldEveryNeighbourOnce) {
+TEST(NeighbourLists, HoldEveryNeighbourOnce) {
   constexpr float kReach = 7;
   // Two sheets, of which one is sparse, and more fits than a processor takes at a time.
   const Projected p =
@@ -122,7 +122,7 @@ TEST(FitLists, HoldEveryNeighbourOnce) {
     EXPECT_EQ(parts.size() > 1, most == 9000);
     std::vector<int> listed(scene.seen.index.size(), 0);
     std::size_t slots = 0, taken = 0;
-    for (const FitLists& lists : parts) {
+    for (const NeighbourLists& lists : parts) {
       EXPECT_LE(lists.neighbour.size(), most);
       slots += lists.neighbour.size();
       ASSERT_EQ(lists.fit.size(), 16 * lists.first.size());
