@@ -18,11 +18,10 @@ constexpr double kSpread = 0.8, kMostSpread = 2;
 
 }  // namespace
 
-LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
-                                 const OccupiedBlocks& occupied, const Buffer<float>& splash,
-                                 const OccupiedBlocks& splash_occupied, const Buffer<float>& open,
-                                 const SurfaceBuffers& surface, double tolerance,
-                                 double least_radius, const ListedBlocks& blocks, int every) {
+LayerSamples interpolate_samples(Device& device, const View& view, const FrontMaps& fronts,
+                                 const Buffer<float>& open, const SurfaceBuffers& surface,
+                                 double tolerance, double least_radius, const ListedBlocks& blocks,
+                                 int every) {
   const SampleGrid& grid = surface.grid;
   const int cell = 2 * every;
   const int nx = (grid.nx + cell - 1) / cell, ny = (grid.ny + cell - 1) / cell;
@@ -52,9 +51,8 @@ LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<
   const std::size_t size =
       static_cast<std::size_t>(cells.stride) * static_cast<std::size_t>(cells.rows);
   const auto shows = allocate<cl_uchar>(device, size), wanted = allocate<cl_uchar>(device, size);
-  launch(device, kernels::compare_corners, width, range, surface, open, occupied, splash_occupied,
-         shows, fine, cells);
-  const FrontMaps fronts{reference, splash, occupied, splash_occupied};
+  launch(device, kernels::compare_corners, width, range, surface, open, fronts.occupied,
+         fronts.splash_occupied, shows, fine, cells);
   launch(device, kernels::interpolate_samples, width, padded_range, shows, fronts, surface, wanted,
          open, fine, cells);
   return list_between(device, grid, wanted, cells.stride, every, blocks);

@@ -17,21 +17,18 @@ inline constexpr double kWidestCell = 4.0 / 3;
 /// it at the others, with normals less than 26 degrees apart, in the smallest cells 32; and all
 /// planes within half the tolerance, over the cell's side in particle radii, of the same depth.
 ///
-///   reference, splash  [samples] finite where a sample may show surface, splash; with their blocks
-///   open               [samples] in and out: finite, the reference, where the front layer shows
-///                      nothing and it is not known yet what does
-///   surface            in and out; which groups are interpolated samples' is up to choose_groups
-///                      (blend.hpp)
-///   least_radius       the smallest particle's on the screen, pixels: where the lattice's samples
-///                      are at most kWidestCell of it apart, nothing hides between four that show
-///                      nothing
+///   open          [samples] in and out: finite, the reference, where the front layer shows nothing
+///                 and it is not known yet what does
+///   surface       in and out; which groups are interpolated samples' is up to choose_groups
+///                 (blend.hpp)
+///   least_radius  the smallest particle's on the screen, pixels: where the lattice's samples are
+///                 at most kWidestCell of it apart, nothing hides between four that show nothing
 ///
 /// Returns the samples that must be evaluated, the others that may show something, and notes their
 /// blocks. Does not wait.
-LayerSamples interpolate_samples(Device& device, const View& view, const Buffer<float>& reference,
-                                 const OccupiedBlocks& occupied, const Buffer<float>& splash,
-                                 const OccupiedBlocks& splash_occupied, const Buffer<float>& open,
-                                 const SurfaceBuffers& surface, double tolerance,
-                                 double least_radius, const ListedBlocks& blocks, int every = 1);
+LayerSamples interpolate_samples(Device& device, const View& view, const FrontMaps& fronts,
+                                 const Buffer<float>& open, const SurfaceBuffers& surface,
+                                 double tolerance, double least_radius, const ListedBlocks& blocks,
+                                 int every = 1);
 
 }  // namespace meniscus

@@ -31,6 +31,10 @@ struct Canvas {
   FitTiles tiles;
 };
 
+SettlingField field_of(const Sampler& s) {
+  return {s.cells, s.levelled, s.params.region, s.params.disorder};
+}
+
 // A layer at listed samples: the blended fits, or the field where they are not trusted.
 void show_layer(const Canvas& canvas, const SampleLists& lists, const Buffer<float>& reference) {
   const Sampler& s = canvas.of;
@@ -38,8 +42,8 @@ void show_layer(const Canvas& canvas, const SampleLists& lists, const Buffer<flo
   blend_groups(s.device, s.view, lists, s.fits, canvas.tiles, reference, canvas.surface,
                s.params.blend);
   canvas.clock.start("settle");
-  settle_samples(s.device, s.view, lists, s.cells, s.levelled, canvas.on.triangles, reference,
-                 canvas.surface, canvas.on.open, s.params.region, s.params.disorder, false);
+  settle_samples(s.device, s.view, lists, field_of(s), canvas.on.triangles, reference,
+                 canvas.surface, canvas.on.open, false);
 }
 
 void show_front(const Canvas& canvas, const LayerSamples& wanted) {
@@ -64,14 +68,13 @@ void sample_front(const Canvas& canvas, int coarsest, const ListedBlocks& listed
   const Sampler& s = canvas.of;
   const auto& [front, occupied] = canvas.on.fronts;
   const Extent& splash = canvas.on.splash;
-  show_front(canvas, list_fronts(s.device, canvas.grid,
-                                 {front, splash.from, occupied, splash.occupied}, coarsest));
+  const FrontMaps maps{front, splash.from, occupied, splash.occupied};
+  show_front(canvas, list_fronts(s.device, canvas.grid, maps, coarsest));
   for (int every = coarsest / 2; every > 0; every /= 2) {
     canvas.clock.start("interpolate");
     show_front(canvas,
-               interpolate_samples(s.device, s.view, front, occupied, splash.from, splash.occupied,
-                                   canvas.on.open, canvas.surface, s.params.region.interpolation,
-                                   s.least_radius, listed, every));
+               interpolate_samples(s.device, s.view, maps, canvas.on.open, canvas.surface,
+                                   s.params.region.interpolation, s.least_radius, listed, every));
   }
 }
 
@@ -97,9 +100,8 @@ void sample_behind(const Canvas& canvas, const ListedBlocks& listed) {
     show_layer(canvas, lists, reference);
   }
   canvas.clock.start("settle");
-  settle_gaps(s.device, s.view, found.lists, s.cells, s.levelled, canvas.on.triangles,
-              canvas.on.fronts.depth, canvas.on.splash, canvas.surface, open, s.params.region,
-              s.params.disorder);
+  settle_gaps(s.device, s.view, found.lists, field_of(s), canvas.on.triangles,
+              canvas.on.fronts.depth, canvas.on.splash, canvas.surface, open);
 }
 
 }  // namespace
@@ -177,8 +179,7 @@ std::vector<SurfaceSample> sample_points(const Sampler& sampler, const SampleGri
       empty_surface(device, {static_cast<int>(near.size()), 1, 0.0f, 1.0f});
   blend_points(device, sampler.view, sampler.fits, tiles, grid, at, upload(device, near_fits),
                samples, sampler.params.blend);
-  settle_points(device, sampler.view, sampler.cells, sampler.levelled, at, upload(device, near),
-                samples, sampler.params.region, sampler.params.disorder);
+  settle_points(device, sampler.view, field_of(sampler), at, upload(device, near), samples);
   const SurfaceMap map = download(device, samples);
   std::vector<SurfaceSample> found;
   for (std::size_t e = 0; e < near.size(); ++e) found.push_back({map.depth[e], map.normal[e]});

@@ -19,56 +19,53 @@ constexpr float kSearch = 2;
 constexpr float kFarSearch = 12;
 
 // `beyond`: how far behind the field is sought.
-records::Settling settling(const View& view, const SampleGrid& grid, const RegionParams& params,
-                           double disorder, float beyond, bool only_gaps) {
+records::Settling settling(const View& view, const SampleGrid& grid, const SettlingField& field,
+                           float beyond, bool only_gaps) {
   return {screen_of(view, grid),
-          {static_cast<float>(params.contour_density), static_cast<float>(params.blob_density),
-           kTriangleReach, kSearch, beyond, static_cast<float>(disorder)},
+          {static_cast<float>(field.params.contour_density),
+           static_cast<float>(field.params.blob_density), kTriangleReach, kSearch, beyond,
+           static_cast<float>(field.disorder)},
           only_gaps};
 }
 
 }  // namespace
 
 void settle_samples(Device& device, const View& view, const SampleLists& lists,
-                    const DeviceCells& cells, const DeviceCells& levelled,
-                    const Buffer<float>& triangle_depth, const Buffer<float>& reference,
-                    const SurfaceBuffers& surface, const Buffer<float>& behind,
-                    const RegionParams& params, double disorder, bool only_gaps) {
+                    const SettlingField& field, const Buffer<float>& triangle_depth,
+                    const Buffer<float>& reference, const SurfaceBuffers& surface,
+                    const Buffer<float>& behind, bool only_gaps) {
   SampleLists left = lists;
   left.sample = allocate<cl_int>(device, lists.sample.size);
   const int width = device.state().vector_width, wide = device.state().wide_width();
-  const records::Settling how = settling(view, surface.grid, params, disorder,
-                                         only_gaps ? kFarSearch : 2 * kSearch, only_gaps);
+  const records::Settling how =
+      settling(view, surface.grid, field, only_gaps ? kFarSearch : 2 * kSearch, only_gaps);
   launch(device, kernels::settle_samples, width, range_of(lists, width), lists, triangle_depth,
-         reference, surface, behind, left.sample, cells, how);
+         reference, surface, behind, left.sample, field.cells, how);
   launch(device, kernels::follow_field, wide, range_of(lists, wide), left, reference, surface,
-         behind, cells, levelled.weight, how);
+         behind, field.cells, field.levelled.weight, how);
 }
 
-void settle_points(Device& device, const View& view, const DeviceCells& cells,
-                   const DeviceCells& levelled, const Buffer<float>& points,
-                   const Buffer<float>& reference, const SurfaceBuffers& surface,
-                   const RegionParams& params, double disorder) {
+void settle_points(Device& device, const View& view, const SettlingField& field,
+                   const Buffer<float>& points, const Buffer<float>& reference,
+                   const SurfaceBuffers& surface) {
   const std::size_t n = surface.grid.size();
   launch(device, kernels::settle_points, 1, {n}, filled<float>(device, n, kNoSurface), reference,
-         surface, allocate<float>(device, n), points, cells, levelled.weight,
-         settling(view, surface.grid, params, disorder, kSearch, false));
+         surface, allocate<float>(device, n), points, field.cells, field.levelled.weight,
+         settling(view, surface.grid, field, kSearch, false));
 }
 
 void settle_gaps(Device& device, const View& view, const SampleLists& lists,
-                 const DeviceCells& cells, const DeviceCells& levelled,
-                 const Buffer<float>& triangle_depth, const Buffer<float>& reference,
-                 const Extent& splash, const SurfaceBuffers& surface, const Buffer<float>& behind,
-                 const RegionParams& params, double disorder) {
+                 const SettlingField& field, const Buffer<float>& triangle_depth,
+                 const Buffer<float>& reference, const Extent& splash,
+                 const SurfaceBuffers& surface, const Buffer<float>& behind) {
   if (vectors_are_filled(device)) {
-    settle_samples(device, view, lists, cells, levelled, triangle_depth, reference, surface, behind,
-                   params, disorder, true);
-    return draw_splash(device, view, lists, levelled, splash, surface, params);
+    settle_samples(device, view, lists, field, triangle_depth, reference, surface, behind, true);
+    return draw_splash(device, view, lists, field.levelled, splash, surface, field.params);
   }
   // Nothing is in doubt: samples either show something or the field is followed.
   launch(device, kernels::settle_gaps, 1, range_of(lists, 1), lists, reference, surface, behind,
-         splash, cells, levelled.weight,
-         settling(view, surface.grid, params, disorder, kFarSearch, true));
+         splash, field.cells, field.levelled.weight,
+         settling(view, surface.grid, field, kFarSearch, true));
 }
 
 void draw_fronts(Device& device, const SampleGrid& grid, const SplatParticles& seen,

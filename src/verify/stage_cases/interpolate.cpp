@@ -84,9 +84,10 @@ void run(Device& device, const View& view, const SampleGrid& grid, int every, bo
   params.trust_empty = side <= 4.0 / 3;
   const Buffer<float> open = upload(device, lattice.open);
   const LayerSamples lists = interpolate_samples(
-      device, view, upload(device, lattice.reference), counted(device, grid, lattice.reference),
-      upload(device, lattice.splash), counted(device, grid, lattice.splash), open, surface,
-      tolerance, radius, blocks_of(device, grid, false), every);
+      device, view,
+      {upload(device, lattice.reference), upload(device, lattice.splash),
+       counted(device, grid, lattice.reference), counted(device, grid, lattice.splash)},
+      open, surface, tolerance, radius, blocks_of(device, grid, false), every);
   const SurfaceMap found = download(device, surface);
   const std::vector<float> opened = download(device, open);
   const std::set<int> wanted = samples_of(device, lists.surface),

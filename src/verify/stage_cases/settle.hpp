@@ -58,6 +58,8 @@ struct FieldScene {
     field.weight = by_particle(host_cells, download(device, levelled.weight));
   }
 
+  SettlingField settling() const { return {cells, levelled, params, kDisorder}; }
+
   reference::FieldOnRay ray(std::size_t s) const {
     return {field, view, u_of(grid, s), v_of(grid, s)};
   }
@@ -199,9 +201,9 @@ inline Layer settled(Device& device, const FieldScene& scene, const Layer& befor
   const SurfaceBuffers surface = upload(device, scene.grid, before);
   const auto reference = upload(device, before.reference);
   const auto behind = upload(device, before.behind);
-  settle_samples(device, scene.view, list_gaps(device, scene.grid, reference, 0).lists, scene.cells,
-                 scene.levelled, upload(device, before.triangle), reference, surface, behind,
-                 scene.params, scene.kDisorder, only_gaps);
+  settle_samples(device, scene.view, list_gaps(device, scene.grid, reference, 0).lists,
+                 scene.settling(), upload(device, before.triangle), reference, surface, behind,
+                 only_gaps);
   Layer after = download(device, before, surface);
   after.reference = download(device, reference);
   after.behind = download(device, behind);
@@ -218,8 +220,7 @@ inline Layer settled_at_points(Device& device, const FieldScene& scene, const La
   }
   const SurfaceBuffers list = upload(device, SampleGrid{static_cast<int>(n), 1, 0, 1}, before);
   const auto reference = upload(device, before.reference);
-  settle_points(device, scene.view, scene.cells, scene.levelled, upload(device, points), reference,
-                list, scene.params, scene.kDisorder);
+  settle_points(device, scene.view, scene.settling(), upload(device, points), reference, list);
   Layer after = download(device, before, list);
   after.reference = download(device, reference);
   return after;

@@ -77,7 +77,7 @@ Result interpolated(Device& device, const View& view, const SampleGrid& grid, co
     const auto anywhere = filled<float>(device, n, 1.0f);
     const auto nowhere = filled<float>(device, n, kNoSurface);
     const LayerSamples lists = interpolate_samples(
-        device, view, anywhere, any_blocks(device, grid), anywhere, any_blocks(device, grid),
+        device, view, {anywhere, anywhere, any_blocks(device, grid), any_blocks(device, grid)},
         nowhere, surface, kTolerance, least_radius, blocks_of(device, grid, false), every);
     result.map = download(device, surface);
     result.wanted = samples_of(device, lists.surface);
@@ -269,8 +269,8 @@ TEST_P(Interpolate, LooksWhereFrontsOrSplashAreExpected) {
         const auto blocks = [&](bool any) {
           return any ? any_blocks(device_, grid) : no_blocks(device_, grid);
         };
-        interpolate_samples(device_, view, nowhere, blocks(front), nowhere, blocks(splash), nowhere,
-                            surface, kTolerance, 1.5, blocks_of(device_, grid, false), 1);
+        interpolate_samples(device_, view, {nowhere, nowhere, blocks(front), blocks(splash)},
+                            nowhere, surface, kTolerance, 1.5, blocks_of(device_, grid, false), 1);
         const SurfaceMap map = download(device_, surface);
         for (std::size_t s = 0; s < grid.size(); ++s) {
           const int i = static_cast<int>(s) % kWidth, j = static_cast<int>(s) / kWidth;
@@ -302,9 +302,10 @@ TEST_P(Interpolate, LeavesOpenWhatLiesBetweenOpenSamples) {
     device_.state().vector_width = width;
     const auto opened = upload(device_, open);
     const LayerSamples lists = interpolate_samples(
-        device_, view, upload(device_, written), upload(device_, occupied),
-        filled<float>(device_, grid.size(), 5.0f), any_blocks(device_, grid), opened,
-        empty_surface(device_, grid), kTolerance, 1.5, blocks_of(device_, grid, false));
+        device_, view,
+        {upload(device_, written), filled<float>(device_, grid.size(), 5.0f),
+         upload(device_, occupied), any_blocks(device_, grid)},
+        opened, empty_surface(device_, grid), kTolerance, 1.5, blocks_of(device_, grid, false));
     const std::vector<float> found = download(device_, opened);
     const std::set<int> surface = samples_of(device_, lists.surface),
                         splash = samples_of(device_, lists.splash);

@@ -160,8 +160,8 @@ TEST_P(Settle, GapsAndSplashAtOnceGiveTheBitsOfOneAfterTheOther) {
   };
   const auto triangles = upload(device_, before.triangle);
   const auto settle = [&](const SurfaceBuffers& surface, const SampleLists& lists) {
-    settle_samples(device_, scene_.view, lists, scene_.cells, scene_.levelled, triangles, reference,
-                   surface, upload(device_, before.behind), scene_.params, scene_.kDisorder, true);
+    settle_samples(device_, scene_.view, lists, scene_.settling(), triangles, reference, surface,
+                   upload(device_, before.behind), true);
   };
   const Layer filled = drawn(settle);
   const Layer expected = drawn([&](const SurfaceBuffers& surface, const SampleLists& lists) {
@@ -169,8 +169,8 @@ TEST_P(Settle, GapsAndSplashAtOnceGiveTheBitsOfOneAfterTheOther) {
     draw_splash(device_, scene_.view, lists, scene_.levelled, extent, surface, scene_.params);
   });
   const Layer actual = drawn([&](const SurfaceBuffers& surface, const SampleLists& lists) {
-    settle_gaps(device_, scene_.view, lists, scene_.cells, scene_.levelled, triangles, reference,
-                extent, surface, upload(device_, before.behind), scene_.params, scene_.kDisorder);
+    settle_gaps(device_, scene_.view, lists, scene_.settling(), triangles, reference, extent,
+                surface, upload(device_, before.behind));
   });
   std::size_t gaps = 0, splash = 0;
   for (std::size_t s = 0; s < n_; ++s) {
