@@ -8,7 +8,7 @@
 #include "base/elapsed.hpp"
 #include "frame/input.hpp"
 #include "stages/frame/density.hpp"
-#include "stages/sheet/group.hpp"
+#include "stages/sheet/smooth_normals.hpp"
 #include "stages/sheet/surface.hpp"
 
 namespace meniscus::bench {

@@ -7,8 +7,8 @@
 #include "stages/frame/visible.hpp"
 #include "stages/mesh/mesh.hpp"
 #include "stages/mesh/silhouettes.hpp"
+#include "stages/other_methods/merge_groups.hpp"
 #include "stages/other_methods/ssm.hpp"
-#include "stages/sheet/group.hpp"
 #include "stages/sheet/triangulate.hpp"
 
 namespace meniscus {

@@ -6,7 +6,7 @@
 #include "base/order_statistics.hpp"
 #include "base/parallel.hpp"
 #include "base/rounded_up.hpp"
-#include "stages/sheet/group.hpp"
+#include "stages/sheet/smooth_normals.hpp"
 
 namespace meniscus {
 

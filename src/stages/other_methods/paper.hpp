@@ -20,9 +20,9 @@
 #include "device/device.hpp"
 #include "meniscus/parameters.hpp"
 #include "stages/frame/splash.hpp"
+#include "stages/other_methods/merge_groups.hpp"
 #include "stages/sample/surface_buffers.hpp"
 #include "stages/sample/tile_lists.hpp"
-#include "stages/sheet/group.hpp"
 #include "stages/sheet/triangulate.hpp"
 
 namespace meniscus {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "meniscus/parameters.hpp"
-#include "stages/sheet/group.hpp"
+#include "stages/other_methods/merge_groups.hpp"
 #include "stages/view.hpp"
 #include "verify/reference/epsilon.hpp"
 #include "verify/reference/fit.hpp"

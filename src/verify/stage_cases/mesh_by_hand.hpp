@@ -5,7 +5,8 @@
 #include <vector>
 
 #include "stages/fit/particle_fit.hpp"
-#include "stages/sheet/group.hpp"
+#include "stages/other_methods/merge_groups.hpp"
+#include "stages/sheet/smooth_normals.hpp"
 #include "stages/sheet/surface.hpp"
 #include "stages/sheet/triangulate.hpp"
 #include "verify/reference/particle_fit.hpp"

@@ -1,5 +1,4 @@
-// group: the triangles' normals, smoothed; for method paper, triangles of similar normal merged
-// into groups (paper 2.2, step 3).
+// merge_groups: method paper merges triangles of similar normal into groups (paper 2.2, step 3).
 #pragma once
 
 #include <vector>
@@ -19,12 +18,6 @@ struct Groups {
   std::vector<std::int32_t> group_of_triangle;  // [triangles] -1: ghost
   std::size_t size() const { return centre.size(); }
 };
-
-/// Bilateral smoothing of the kept triangles' normals around some vertices: each becomes the sum
-/// over the triangles that share a vertex with it of area * ((1 + n.n') / 2)^16 * n', normalised.
-/// Others' normals are left as they come.
-std::vector<Vec3d> smooth_normals(const Triangulation& mesh, int rounds,
-                                  const std::vector<std::int32_t>& vertices);
 
 /// Merges edge-neighbours in sweeps: each group chooses the neighbour with the nearest normal
 /// among those with n.n' > cosine whose centre is nearer than `distance` (0: however far), and two
