@@ -10,6 +10,7 @@ RecordedFits record_fits(const ParticleFits& fits, const std::vector<double>& tr
   const auto [faces, trust_of_faces] = faces_beside_edges(fits, trust, params.fit.offset);
   RecordedFits made{make_records(fits, trust, params.fit, radius), fits.residual};
   append(made.records, make_records(faces, trust_of_faces, params.fit, radius));
+  lift_bends(made.records);
   made.residual.insert(made.residual.end(), faces.residual.begin(), faces.residual.end());
   return made;
 }

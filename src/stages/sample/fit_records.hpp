@@ -39,6 +39,12 @@ inline constexpr double kBlendReach = 0.84;
 BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& trust,
                           const FitParams& fit, double radius);
 
+/// Lifts fits by how far they lie inside the surface on the mean over their weights. Around
+/// particles that bend by k the surface, one radius outside, bends by k / (1 + k), but a quadric
+/// goes on to bend by k: in either principal direction it is (k - k / (1 + k)) x² / 2 too low at x
+/// from its foot (docs/method.md, blend).
+void lift_bends(BlendRecords& records);
+
 /// Adds the records of more fits.
 void append(BlendRecords& records, const BlendRecords& more);
 

@@ -207,7 +207,7 @@ TEST_F(ProgramBenchKernels, KernelsAreAListToo) {
 
 TEST_F(ProgramBenchKernels, WrongOptionsAreOneLineAndExitCodeTwo) {
   expect_error(run({"bench", "--kernel", "polish"}), 2,
-               {"--kernel is polish, must be a part of a name (--list has them all)"});
+               {"--kernel is polish, must be a part of a name (--list has them all"});
   expect_error(run({"bench", "--kernel", "depth_normal_s"}), 2, {"a name such as depth_normals"});
   expect_error(run({"bench", "--kernel", "fit,polish"}), 2, {"--kernel is polish"});
   expect_error(run({"bench", "--particles", "100,many"}), 2, {"--particles is many"});

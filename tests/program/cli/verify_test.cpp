@@ -66,7 +66,7 @@ TEST_F(ProgramVerify, ListsItsKernels) {
 
 TEST_F(ProgramVerify, SaysWhatIsWrongWithItsArguments) {
   expect_error(run({"verify", "--kernel", "no_such"}), 2,
-               {"--kernel is no_such, must be a part of a name (--list has them all)"});
+               {"--kernel is no_such, must be a part of a name (--list has them all"});
   expect_error(run({"verify", "--kernel", "cover_disks"}), 2,
                {"--kernel is cover_disks, must be a part of a name such as cover_discs (--list"});
   expect_error(run({"verify", "--kernel", ""}), 2, {"--kernel has an empty name"});
