@@ -10,7 +10,8 @@ RecordedFits record_fits(const ParticleFits& fits, const std::vector<double>& tr
   const auto [faces, trust_of_faces] = faces_beside_edges(fits, trust, params.fit.offset);
   RecordedFits made{make_records(fits, trust, params.fit, radius), fits.residual};
   append(made.records, make_records(faces, trust_of_faces, params.fit, radius));
-  lift_bends(made.records);
+  // Groups' weights are wider than bends are known: outlines would lie outside.
+  if (fits.extent.empty()) lift_bends(made.records);
   made.residual.insert(made.residual.end(), faces.residual.begin(), faces.residual.end());
   return made;
 }
