@@ -13,8 +13,7 @@ namespace meniscus {
 /// times as far apart as their radius (world units) says. The survey's sample tells about how far
 /// that is. Only where it contradicts the radius are the particles read once more, to look at all
 /// of those in some places. Particles that keep no distance, as those of rain, tell nothing. All
-/// processes of the source's team call this. Returns
-/// whether it has warned. Throws InputError.
+/// processes of the source's team call this. Returns whether it has warned. Throws InputError.
 bool check_radius(const ParticleSource& source, const Survey& survey, double radius,
                   Notices& notices);
 

@@ -232,8 +232,9 @@ class Batch {
     std::vector<StageTime>* const times = settings_.stage_times ? &stages : nullptr;
     frame.record.device = device.info().name;
     if (settings_.on_warning)
-      device.on_notice(
-          [&](const Notice& notice) { settings_.on_warning(*frame.job, words_of(notice)); });
+      device.on_notice([this, job = frame.job](const Notice& notice) {
+        settings_.on_warning(*job, words_of(notice));
+      });
     Surface surface = naming(frame.job->input, [&] {
       if (settings_.closed)
         return extract_closed(device, *frame.particles, *settings_.closed, frame.parameters, times);
