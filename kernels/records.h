@@ -269,12 +269,17 @@ RECORD(SheetMeans) {
 };
 
 // How bends are scored (sheet.cl).
-RECORD(BendScores) {
+RECORD(BendScoring) {
   int fits;
   SheetWeights near;  // over which evidence is averaged
-  float across;       // over which normals are, to that of a ridge, radii; at least near.reach
   float noise;        // squared distance that irregular particles add, radii^2
   float rounder;      // is added to the scores of irregular particles
+};
+
+// Over which of these scores the mean goes (sheet.cl).
+RECORD(ScoreMeans) {
+  int fits;
+  float reach;  // particle radii
 };
 
 // How intersections are blended (blend.cl).

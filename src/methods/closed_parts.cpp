@@ -47,9 +47,8 @@ Halo halo_of(const Parameters& params, const Disorder& disorder) {
   // These normals, and supports, follow from those of the pass before.
   const double fitted =
       trusted + (params.fit.passes - 1) * std::max<double>(fit_reach(params.fit), kResidualReach);
-  // Their roundness is a mean over bent places of means, over a ridge at most, of what trial fits
-  // around say.
-  const double tried = fitted + kBentSheet + kRidgeReach + kEvidenceReach;
+  // Their roundness is a mean over bent places of means over a sheet of what trial fits around say.
+  const double tried = fitted + kBentReach + kEvidenceSheet + kEvidenceReach;
   const double surface = std::max(fitted + fit_reach(params.fit), tried + kTrialReach);
   return {fitted, tried, surface + kField + kRounding + filling_influence(disorder)};
 }

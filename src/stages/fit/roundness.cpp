@@ -12,10 +12,10 @@ namespace meniscus {
 namespace {
 
 constexpr std::size_t kModel = 12;  // floats of a trial fit, as in roundness.cl
-// Over which fits evidence is averaged, and over which the bent places' scores. Fits beyond a rim
-// count up to 100 degrees: a rim turns by 180.
-constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f}, kFar{kBentSheet, -0.6f, -0.2f};
-static_assert(kEvidenceSheet <= kRidgeReach && kRidgeReach <= kResidualReach);
+// Over which fits evidence is averaged. Fits beyond a rim count up to 100 degrees: a rim turns by
+// 180.
+constexpr SheetWeights kNear{kEvidenceSheet, -0.6f, -0.2f};
+static_assert(kEvidenceSheet <= kResidualReach);
 
 // What irregular particles add to both squares (score_bends): this times d (1 - d / 2), d their
 // disorder up to 1 (the more there is, the more it was evened out).
@@ -24,7 +24,7 @@ constexpr double kOfDisorder = 0.045;
 // How far disorders of 1 and 2 raise scores. Noise hides the difference between a sharp edge and a
 // round one. Where it does, an edge that is taken for the other kind is better round than in
 // pieces.
-constexpr double kRounder = 0.6, kRoundest = 1.3;
+constexpr double kRounder = 0.8, kRoundest = 1.3;
 
 // What is found of the evidence, in the sheet of the wide fits: one quadric, two sheets, bend, and
 // how far the trials turn apart.
@@ -69,7 +69,7 @@ TrialPlaces upload_trials(Device& device, const Projected& projected, const Near
                           const Visible& tried, const std::vector<std::int32_t>& around) {
   TrialPlaces trials;
   trials.neighbours = upload_neighbours(device, projected, near, tried, around);
-  const Cells cells = cells_of(projected, tried.index, kBentSheet);
+  const Cells cells = cells_of(projected, tried.index, kBentReach);
   const std::vector<std::int32_t> place = places_in(around, tried.index);
   std::vector<cl_int> particle, bucket(place.size()), to;  // bucket: of each fit
   for (const std::int32_t k : cells.item) {
@@ -112,8 +112,8 @@ Evidence measure_evidence(Device& device, const FitSurface& surface, const Trial
   return evidence;
 }
 
-SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlaces& trials,
-                      const FitParams& params, const BlendParams& blend, double disorder) {
+BendScores score_bends(Device& device, const FitSurface& surface, const TrialPlaces& trials,
+                       const FitParams& params, const BlendParams& blend, double disorder) {
   const LaneSheet sheet(device, trials.neighbours.sheet, kValues);
   compare_trials(device, surface, trials.neighbours, params, blend, sheet);
   const int width = device.state().wide_width();
@@ -122,22 +122,21 @@ SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlac
                rounder =
                    kRounder * most * std::sqrt(most) + (kRoundest - kRounder) * (disorder - most);
   const auto& [toward, share, value, none] = sheet.found.parts;
-  const SheetFits scored{trials.cells, allocate<float>(device, 3 * n), allocate<float>(device, n),
-                         allocate<float>(device, 2 * n)};
+  const BendScores scores{allocate<float>(device, n), allocate<float>(device, 2 * n)};
   launch(device, kernels::score_bends, width, range_of_blocks(n, width), sheet.cells->cells, toward,
-         share, value, InSheet{trials.to, scored.normal, scored.share, scored.value},
-         records::BendScores{sheet.fits(), kNear, kRidgeReach, static_cast<float>(noise),
-                             static_cast<float>(rounder)});
-  return scored;
+         share, value, trials.to, scores.share, scores.value,
+         records::BendScoring{sheet.fits(), kNear, static_cast<float>(noise),
+                              static_cast<float>(rounder)});
+  return scores;
 }
 
-void set_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
+void set_roundness(Device& device, const BendScores& scores, const TrialPlaces& trials,
                    const FitSurface& surface) {
   const int width = device.state().wide_width();
   const std::size_t n = trials.to.size;
   launch(device, kernels::set_roundness, width, range_of_blocks(n, width), surface.normal,
-         scored.cells, scored.normal, scored.share, scored.value, trials.particle,
-         records::SheetMeans{static_cast<cl_int>(n), 1, kFar});
+         trials.cells, scores.share, scores.value, trials.particle,
+         records::ScoreMeans{static_cast<cl_int>(n), kBentReach});
 }
 
 }  // namespace meniscus

@@ -15,17 +15,14 @@ inline constexpr double kTrialReach = 6;
 /// Over which fits evidence is averaged first, particle radii.
 inline constexpr float kEvidenceSheet = 5;
 
-/// Over which fits normals are averaged to that of a ridge, particle radii.
-inline constexpr float kRidgeReach = 6;
-
 /// Whose trial fits count for a particle, and over which fits the bent places' scores are averaged,
 /// particle radii.
-inline constexpr float kEvidenceReach = 4.5f, kBentSheet = 36;
+inline constexpr float kEvidenceReach = 4.5f, kBentReach = 36;
 
 /// What trial fits need of places alone.
 struct TrialPlaces {
   FitNeighbours neighbours;  // within kTrialReach, or farther: those count nothing
-  DeviceCells cells;         // the fits in cells of side kBentSheet, without weights
+  DeviceCells cells;         // the fits in cells of side kBentReach, without weights
   Buffer<cl_int> to;         // [n] where each one, in the order of neighbours.sheet, is in these
   Buffer<cl_int> particle;   // [n] places in the surface, in the order of `cells`
 };
@@ -55,27 +52,31 @@ struct Evidence {
 Evidence measure_evidence(Device& device, const FitSurface& surface, const TrialPlaces& trials,
                           const FitParams& params, const BlendParams& blend);
 
-/// Makes and compares the trial fits, and scores them: with the means of the evidence over
-/// the sheet within 5,
+/// What score_bends() finds of each fit, in the order of TrialPlaces::cells.
+struct BendScores {
+  Buffer<float> share;  // [n] how much its score counts; 0 where nothing bends
+  Buffer<float> value;  // [2][n] score; how far it bends, smoothstep(.005, .02, bend)
+};
+
+/// Makes and compares the trial fits, and scores them: with the means of the evidence over the
+/// sheet within 5,
 ///
-///   score = 2 ln(two + 1.5 apart + .02) - 4 ln(one + .002) + 1.5 ln(min(bend, B) + .002)
-///           + 45 max(two - .05 - 2 a, 0) + b,
+///   score = 1.5 ln((two + 1.5 apart + .02) (min(bend, B) + .002)) - 4 ln(one + .008)
+///           + 30 max(two - .03 - 2 a, 0) + 20 apart + b,
 ///
-/// and how far it bends, smoothstep(.005, .02, bend), as the two values of a sheet in the cells of
-/// `trials`; bends of about .04 count most, where nothing bends nothing does (kernel score_bends).
-/// Irregular particles miss any surface: both squares are less by a = .045 d (1 - d/2), d their
-/// disorder (relax.hpp) up to 1, down to .011. They bend by more: B is .12 + 10 a. They count as
-/// rounder: b is .6 d^1.5 up to d = 1 and goes to 1.3 at d = 2. The sheet's normals are those of
-/// ridges: means over the same fits within 6 with weights (1 - (l/6)^2) bend^2, which both faces of
-/// an edge have in common. Does not wait. Throws DeviceError.
-SheetFits score_bends(Device& device, const FitSurface& surface, const TrialPlaces& trials,
-                      const FitParams& params, const BlendParams& blend, double disorder = 0);
+/// which is the log-odds of one quadric, up to a factor and a constant (docs/method.md). Bends of
+/// about .04 count most (kernel score_bends). Irregular particles miss any surface: both squares
+/// are less by a = .045 d (1 - d/2), d their disorder (relax.hpp) up to 1, down to .011. They bend
+/// by more: B is .12 + 10 a. They count as rounder: b is .8 d^1.5 up to d = 1 and goes to 1.3 at
+/// d = 2. Does not wait. Throws DeviceError.
+BendScores score_bends(Device& device, const FitSurface& surface, const TrialPlaces& trials,
+                       const FitParams& params, const BlendParams& blend, double disorder = 0);
 
 /// Puts the roundness of each particle that is tried, 0 .. 1, behind its normal (FitSurface): 0
 /// where two sheets meet or the surface is flat, 1 where one quadric goes round a bend. With the
-/// mean score of the bent places within 36: smoothstep(2, 2.24, score) as far as it bends
+/// mean score of the bent places within 36: smoothstep(3.48, 3.62, score) as far as it bends
 /// (kernel set_roundness). Does not wait. Throws DeviceError.
-void set_roundness(Device& device, const SheetFits& scored, const TrialPlaces& trials,
+void set_roundness(Device& device, const BendScores& scores, const TrialPlaces& trials,
                    const FitSurface& surface);
 
 /// Both.

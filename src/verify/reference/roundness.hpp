@@ -103,38 +103,6 @@ inline double two_sheets(const std::vector<TrialFit>& fits, std::size_t own) {
   return of_a + meets * (b.squares / b.weight - of_a);
 }
 
-/// The unit normal of the ridge near fit k, and how far each of a float's coordinates may be from
-/// it: the sum of normals within `reach`, weights share (1 - (l / reach)^2) bend^2
-/// smoothstep(low, high, n.n'). Its own normal, without an error, where nothing bends.
-struct RidgeNormal {
-  Vec3d normal;
-  double error = 0;
-};
-
-inline RidgeNormal ridge_normal(const std::vector<Vec3d>& position,
-                                const std::vector<Vec3d>& normal, const std::vector<float>& share,
-                                const std::vector<float>& bend, std::size_t k,
-                                const SheetWeights& weights, double reach) {
-  // As for sheet_mean(); bends of 0 are off by nothing.
-  const double slope = 1.5 / (static_cast<double>(weights.high) - weights.low);
-  Vec3d sum;
-  double total = 0, off = 0;
-  for (std::size_t j = 0; j < position.size(); ++j) {
-    const double l = length(position[j] - position[k]) / reach;
-    if (l >= 1 + 1e-3) continue;
-    const double bent = share[j] * static_cast<double>(bend[j]) * bend[j];
-    off += (4 * slope + 20) * kEpsilon * bent;
-    const double w = bent * std::max(0.0, 1 - l * l) *
-                     smooth_step(weights.low, weights.high, dot(normal[j], normal[k]));
-    sum += normal[j] * w;
-    total += w;
-  }
-  const double size = length(sum);
-  if (!(size > 0)) return {normal[k], 0};
-  const double rounding = static_cast<double>(position.size() + 10) * kEpsilon * total;
-  return {sum / size, 2 * (off + rounding) / size};
-}
-
 /// A value, and how far floats may be from it.
 struct Estimate {
   double value = 0, error = 0;
@@ -165,13 +133,14 @@ inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const 
     return [=](double x) { return factor * std::log(x + noise_left); };
   };
   const Estimate all[] = {
-      passed_on({orderly(one.mean), one.error + kEpsilon * one.mean}, logarithm(-4, 0.002)),
+      passed_on({orderly(one.mean), one.error + kEpsilon * one.mean}, logarithm(-4, 0.008)),
       passed_on({orderly(two.mean) + 1.5 * apart.mean,
                  two.error + 1.5 * apart.error + kEpsilon * (two.mean + apart.mean)},
-                logarithm(2, 0.02)),
+                logarithm(1.5, 0.02)),
       passed_on({orderly(two.mean), two.error + kEpsilon * two.mean},
-                [&](double x) { return 45 * std::max(x - (0.05 + 2 * noise), 0.0); }),
-      passed_on({std::min(bend.mean, 0.12 + 10 * noise), bend.error}, logarithm(1.5, 0.002))};
+                [&](double x) { return 30 * std::max(x - (0.03 + 2 * noise), 0.0); }),
+      passed_on({std::min(bend.mean, 0.12 + 10 * noise), bend.error}, logarithm(1.5, 0.002)),
+      passed_on({apart.mean, apart.error}, [](double x) { return 20 * x; })};
   ScoredBend scored;
   for (const Estimate& part : all) {
     scored.score.value += part.value;
@@ -190,7 +159,7 @@ inline ScoredBend scored_bend(const SheetMean& one, const SheetMean& two, const 
 /// The roundness of a fit that bends so far, of the mean score around.
 inline Estimate roundness_of(const SheetMean& score, double bends) {
   return passed_on({score.mean, score.error},
-                   [&](double x) { return bends * smooth_step(2.0, 2.24, x); });
+                   [&](double x) { return bends * smooth_step(3.48, 3.62, x); });
 }
 
 }  // namespace meniscus::reference

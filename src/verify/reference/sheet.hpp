@@ -15,21 +15,21 @@ struct SheetMean {
   double mean = 0, error = 0;
 };
 
-/// The mean of `value` [n] around fit k, weights share (1 - l / reach) smoothstep(low, high, n.n').
-inline SheetMean sheet_mean(const std::vector<Vec3d>& position, const std::vector<Vec3d>& normal,
-                            const std::vector<float>& share, const std::vector<float>& value,
-                            std::size_t k, const SheetWeights& weights) {
+/// The mean of `value` [n] around fit k, weights share (1 - l / reach) alike(j), which is 0 to 1 and
+/// good to `off_alike` epsilon.
+template <class Alike>
+SheetMean mean_around(const std::vector<Vec3d>& position, const std::vector<float>& share,
+                      const std::vector<float>& value, std::size_t k, double reach,
+                      double off_alike, const Alike& alike) {
   SheetMean result;
   double sum = 0, off = 0;
-  // n.n' is good to four epsilon, which the smoothstep passes on by its steepest slope; the
-  // distance, of numbers near 30, to as many and its quotient; a weight rounds ten times.
-  const double slope = 1.5 / (static_cast<double>(weights.high) - weights.low);
+  // The distance, of numbers near 30, is good to four epsilon and its quotient; a weight rounds ten
+  // times.
   for (std::size_t j = 0; j < position.size(); ++j) {
     const double l = length(position[j] - position[k]);
-    if (l >= weights.reach + 1e-3) continue;
-    off += (4 * slope + 20) * kEpsilon * std::abs(value[j]);
-    const double w = share[j] * std::max(0.0, 1 - l / weights.reach) *
-                     smooth_step(weights.low, weights.high, dot(normal[j], normal[k]));
+    if (l >= reach + 1e-3) continue;
+    off += (off_alike + 20) * kEpsilon * std::abs(value[j]);
+    const double w = share[j] * std::max(0.0, 1 - l / reach) * alike(j);
     sum += w * value[j];
     result.weight += w;
   }
@@ -39,6 +39,23 @@ inline SheetMean sheet_mean(const std::vector<Vec3d>& position, const std::vecto
       static_cast<double>(position.size() + 4) * kEpsilon * std::abs(result.mean);
   result.error = 2 * off / result.weight + 2 * rounding;
   return result;
+}
+
+/// Whatever the normals are.
+inline SheetMean mean_around(const std::vector<Vec3d>& position, const std::vector<float>& share,
+                             const std::vector<float>& value, std::size_t k, double reach) {
+  return mean_around(position, share, value, k, reach, 0, [](std::size_t) { return 1.0; });
+}
+
+/// Over the sheet: alike is smoothstep(low, high, n.n').
+inline SheetMean sheet_mean(const std::vector<Vec3d>& position, const std::vector<Vec3d>& normal,
+                            const std::vector<float>& share, const std::vector<float>& value,
+                            std::size_t k, const SheetWeights& weights) {
+  // n.n' is good to four epsilon, which the smoothstep passes on by its steepest slope.
+  const double slope = 1.5 / (static_cast<double>(weights.high) - weights.low);
+  return mean_around(position, share, value, k, weights.reach, 4 * slope, [&](std::size_t j) {
+    return smooth_step(weights.low, weights.high, dot(normal[j], normal[k]));
+  });
 }
 
 }  // namespace meniscus::reference

@@ -84,7 +84,6 @@ inline Evidence evidence_of(Device& device, const FittedSurface& scene) {
 /// What the kernels behind it make of the evidence, of the fitted particles.
 struct ScoredBends {
   std::vector<float> share, score, bends, roundness;
-  std::vector<Vec3d> ridge;  // unit normals
 };
 
 inline ScoredBends scored_bends(Device& device, const FittedSurface& scene, double disorder = 0) {
@@ -92,20 +91,19 @@ inline ScoredBends scored_bends(Device& device, const FittedSurface& scene, doub
   const TrialPlaces trials = trials_of(device, scene);
   const std::size_t n = scene.seen.index.size();
   const std::vector<float> none(n);
-  ScoredBends result{none, none, none, none, std::vector<Vec3d>(n)};
+  ScoredBends result{none, none, none, none};
   if (n == 0) return result;
-  const SheetFits scored = score_bends(device, surface, trials, {}, {}, disorder);
+  const BendScores scored = score_bends(device, surface, trials, {}, {}, disorder);
   set_roundness(device, scored, trials, surface);
   const HostView to(device, trials.to);
   const HostView share(device, scored.share), value(device, scored.value),
-      ridge(device, scored.normal), records(device, surface.normal);
+      records(device, surface.normal);
   for (std::size_t p = 0; p < n; ++p) {
     const auto k = static_cast<std::size_t>(trials.neighbours.sheet.host.item[p]);
     const auto at = static_cast<std::size_t>(to.data()[p]);
     result.share[k] = share.data()[at];
     result.score[k] = value.data()[at];
     result.bends[k] = value.data()[n + at];
-    result.ridge[k] = {ridge.data()[at], ridge.data()[n + at], ridge.data()[2 * n + at]};
     result.roundness[k] = records.data()[4 * static_cast<std::size_t>(scene.place[k]) + 3];
   }
   return result;
