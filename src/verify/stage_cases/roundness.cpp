@@ -79,7 +79,7 @@ ReferenceErrors roundness_case(Device& device, int size) {
     }
   }
   BendErrors bends;
-  // Each factor of the two kernels tells at two of these.
+  // Each factor of the two kernels tells at one of these at least.
   for (const double noise : {0.25, 0.36, 0.7})
     for (const double disorder : {0.0, 1.5}) see_bends(device, size, noise, disorder, bends);
   return {one.error(),         two.error(),         bend.error(),        apart.error(),
