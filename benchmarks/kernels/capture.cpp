@@ -2,8 +2,6 @@
 
 #include <cstring>
 
-#include "stages/frame/bins.hpp"
-
 namespace meniscus::bench {
 namespace {
 
@@ -94,27 +92,6 @@ void add_native(Case& result, std::vector<CapturedLaunch> captured,
     for (const CapturedLaunch& launch : *launches) differing += launch.differing();
     return differing;
   };
-}
-
-void add_native(Case& result, Device& device, const char* kernel, const SampleGrid& grid,
-                const std::function<void(const native::Bins& input, std::size_t begin,
-                                         std::size_t end)>& work) {
-  std::vector<CapturedLaunch> launches = capture_launches(device, kernel, {3}, result.launch);
-  if (launches.size() != 1) return;
-  add_native(result, std::move(launches), [grid, work](CapturedLaunch& launch, Workers& workers) {
-    const BinGrid bins = bins_of(grid);
-    const native::Bins input{launch.read<float>(0),
-                             launch.read<std::int32_t>(1),
-                             launch.read<std::int32_t>(2),
-                             launch.write<float>(3),
-                             bins.nx,
-                             grid.nx,
-                             grid.ny,
-                             grid.first,
-                             grid.step};
-    workers.run(bins.size(), 8,
-                [&](std::size_t begin, std::size_t end) { work(input, begin, end); });
-  });
 }
 
 }  // namespace meniscus::bench

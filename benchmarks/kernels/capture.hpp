@@ -57,10 +57,4 @@ std::vector<CapturedLaunch> capture_launches(Device& device, const std::string& 
 void add_native(Case& result, std::vector<CapturedLaunch> captured,
                 const std::function<void(CapturedLaunch& launch, Workers& workers)>& run);
 
-/// The same of a kernel that draws bins, which `result.launch` launches; `work` takes bins [begin,
-/// end). Nothing where one launch cannot take all bins (draw_bins).
-void add_native(
-    Case& result, Device& device, const char* kernel, const SampleGrid& grid,
-    const std::function<void(const native::Bins& input, std::size_t begin, std::size_t end)>& work);
-
 }  // namespace meniscus::bench

@@ -1,8 +1,5 @@
 #include "kernels/cases.hpp"
 
-#include <algorithm>
-#include <bit>
-
 namespace meniscus::bench {
 
 const std::vector<KernelBench>& kernel_benches() {
@@ -42,18 +39,6 @@ const std::vector<KernelBench>& kernel_benches() {
       {"flow_step", prepare_flow},
   };
   return benches;
-}
-
-std::size_t count_differing(const std::vector<float>& a, const std::vector<float>& b) {
-  if (a.size() != b.size()) return std::max(a.size(), b.size());
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < a.size(); ++k)
-    count += std::bit_cast<std::uint32_t>(a[k]) != std::bit_cast<std::uint32_t>(b[k]);
-  return count;
-}
-
-void copy_rays(const View& view, float (&ray)[12]) {
-  for (std::size_t k = 0; k < 12; ++k) ray[k] = static_cast<float>(view.ray[k]);
 }
 
 }  // namespace meniscus::bench

@@ -1,6 +1,6 @@
 // The kernels that are measured. A file for each stage, <stage>_bench.cpp, prepares the launches of
-// its kernels on a frame, counts by hand what the algorithm needs, and has the native version to
-// compare with.
+// its kernels on a frame, and counts by hand what the algorithm needs. Three kernels have a native
+// version to compare with.
 //
 // How is counted: bytes are what must be read or written once, each array by its part that is used,
 // whatever a cache does with it. Operations are floating-point + - * / sqrt, minimum and maximum;
@@ -55,9 +55,6 @@ Prepare prepare_splat, prepare_owned, prepare_owners_by_bins, prepare_owners_by_
     prepare_cast_field, prepare_triangles, prepare_fit, prepare_bilateral, prepare_narrow_range,
     prepare_flow;
 
-/// How many values differ in their bits; all of them when the sizes do.
-std::size_t count_differing(const std::vector<float>& a, const std::vector<float>& b);
-
 /// Runs `draw` with discs drawn as `form` says.
 template <class Draw>
 void draw_as(Device& device, DiscForm form, const Draw& draw) {
@@ -66,8 +63,5 @@ void draw_as(Device& device, DiscForm form, const Draw& draw) {
   draw();
   device.state().discs = before;
 }
-
-/// The rays of a view, as native versions take them.
-void copy_rays(const View& view, float (&ray)[12]);
 
 }  // namespace meniscus::bench

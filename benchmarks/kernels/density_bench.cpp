@@ -1,7 +1,6 @@
 #include <memory>
 
 #include "kernels/cases.hpp"
-#include "kernels/native/native.hpp"
 #include "stages/frame/density.hpp"
 
 namespace meniscus::bench {
@@ -44,26 +43,6 @@ Case prepare_gradients(Frame& frame) {
   const auto weight = std::make_shared<Buffer<float>>();
   result.launch = [&frame, device_cells, params, field, weight] {
     *weight = level_cells(frame.device, *device_cells, Measured::near_air, params, *field).weight;
-  };
-  const auto own = std::make_shared<std::vector<float>>(4 * cells.x.size());
-  const auto own_weight = std::make_shared<std::vector<float>>(cells.x.size());
-  const native::Field input{{cells.x.data(), cells.y.data(), cells.z.data(),
-                             reinterpret_cast<const std::int32_t*>(cells.tag.data()),
-                             cells.start.data(), cells.inverse_cell, cells.mask},
-                            own->data(),
-                            own_weight->data(),
-                            cells.x.size(),
-                            kFilledCell,
-                            static_cast<float>(params.blob_density),
-                            1};
-  result.native = [own, own_weight, input](Workers& workers) {
-    workers.run(input.count, 256, [&](std::size_t begin, std::size_t end) {
-      native::measure_gradients(input, begin, end);
-    });
-  };
-  result.differing = [&frame, own, own_weight, field, weight] {
-    return count_differing(*own, download(frame.device, *field)) +
-           count_differing(*own_weight, download(frame.device, *weight));
   };
   return result;
 }

@@ -2,7 +2,6 @@
 #include <cmath>
 #include <memory>
 
-#include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
 #include "stages/extras/motion.hpp"
 #include "stages/frame/bins.hpp"
@@ -48,26 +47,6 @@ Case prepare_motion(Frame& frame) {
   result.launch = [&frame, &image, moving] {
     motion_of_samples(frame.device, frame.view, *moving, image.grid, image.depth);
   };
-  add_native(
-      result, capture_launches(frame.device, "motion_of_samples", {1}, result.launch),
-      [&view = frame.view, &grid = image.grid, moving](CapturedLaunch& launch, Workers& workers) {
-        native::Motion input{launch.read<float>(0),
-                             launch.write<float>(1),
-                             {launch.read<float>(2), launch.read<float>(3), launch.read<float>(4),
-                              launch.read<std::int32_t>(6), launch.read<std::int32_t>(7),
-                              moving->cells.inverse_cell, moving->cells.mask},
-                             launch.read<float>(5),
-                             moving->velocity.size(),
-                             grid.nx,
-                             grid.ny,
-                             grid.first,
-                             grid.step,
-                             {}};
-        copy_rays(view, input.ray);
-        workers.run(bins_of(grid).size(), 8, [&](std::size_t begin, std::size_t end) {
-          native::motion_of_samples(input, begin, end);
-        });
-      });
   return result;
 }
 

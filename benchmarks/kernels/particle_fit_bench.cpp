@@ -1,10 +1,23 @@
 #include <algorithm>
+#include <bit>
 
 #include "kernels/cases.hpp"
 #include "kernels/fit_problems.hpp"
 #include "stages/fit/particle_fit.hpp"
 
 namespace meniscus::bench {
+namespace {
+
+// How many values differ in their bits; all of them when the sizes do.
+std::size_t count_differing(const std::vector<float>& a, const std::vector<float>& b) {
+  if (a.size() != b.size()) return std::max(a.size(), b.size());
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < a.size(); ++k)
+    count += std::bit_cast<std::uint32_t>(a[k]) != std::bit_cast<std::uint32_t>(b[k]);
+  return count;
+}
+
+}  // namespace
 
 Case prepare_fit(Frame& frame) {
   const auto problems = fit_problems(frame);

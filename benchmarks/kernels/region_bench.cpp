@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
 #include "stages/sample/region.hpp"
 #include "verify/stage_cases/into_new.hpp"
@@ -45,13 +44,6 @@ Case prepare_triangles(Frame& frame) {
   result.launch = [&frame, grid] {
     draw_triangles(frame.device, frame.view, frame.mesh(), grid, any_blocks(frame.device, grid));
   };
-  add_native(result, frame.device, "draw_triangles", grid,
-             [perspective = !frame.view.orthographic](const native::Bins& bins, std::size_t begin,
-                                                      std::size_t end) {
-               native::Triangles input{bins, perspective};
-               input.bins.values = 16;
-               native::draw_triangles(input, begin, end);
-             });
   return result;
 }
 

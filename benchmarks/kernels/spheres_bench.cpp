@@ -1,7 +1,6 @@
 #include <memory>
 #include <numbers>
 
-#include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
 #include "stages/other_methods/spheres.hpp"
 
@@ -25,21 +24,12 @@ Case prepare_cast_spheres(Frame& frame) {
   result.launch = [&frame, grid, spheres] {
     cast_spheres(frame.device, frame.view, *spheres, grid);
   };
-  add_native(result, frame.device, "cast_spheres", grid,
-             [&frame](const native::Bins& bins, std::size_t begin, std::size_t end) {
-               native::Spheres input{bins, {}};
-               copy_rays(frame.view, input.ray);
-               native::cast_spheres(input, begin, end);
-             });
   return result;
 }
 
 // The same with outlines, bounds and lists, as the methods on spheres have it.
 Case prepare_spheres(Frame& frame, DiscForm form) {
   Case result = prepare_cast_spheres(frame);
-  result.native = {};
-  result.reset_native = {};
-  result.differing = {};
   result.whole = true;
   result.launch = [&frame, form, cast = result.launch] { draw_as(frame.device, form, cast); };
   return result;

@@ -47,7 +47,7 @@ native::Lists lists_of(const Frame& frame, const CapturedLaunch& launch) {
                       grid.first,
                       grid.step,
                       {}};
-  copy_rays(frame.view, lists.ray);
+  for (std::size_t k = 0; k < 12; ++k) lists.ray[k] = static_cast<float>(frame.view.ray[k]);
   return lists;
 }
 
@@ -118,24 +118,6 @@ native::Cells cells_of(Frame& frame, const CapturedLaunch& launch, std::size_t f
           cells.mask};
 }
 
-native::Settle settle_input(Frame& frame, CapturedLaunch& launch) {
-  const auto how = launch.scalar<records::Settling>(15);
-  return {lists_of(frame, launch),
-          launch.read<float>(2),
-          launch.write<float>(3),
-          launch.read<float>(4),
-          launch.write<float>(5),
-          launch.write<float>(6),
-          launch.write<std::int32_t>(7),
-          launch.write<std::int32_t>(1) + tiles_of(frame),
-          cells_of(frame, launch, 8),
-          launch.read<float>(14),
-          how.limits.contour,
-          how.limits.vouching,
-          how.limits.before,
-          how.only_gaps != 0};
-}
-
 native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
   const auto limits = launch.scalar<records::Settling>(17).limits;
   native::Lists lists = lists_of(frame, launch);
@@ -159,35 +141,6 @@ native::Follow follow_input(Frame& frame, CapturedLaunch& launch) {
           limits.disorder};
 }
 
-native::Interpolate interpolate_input(Frame& frame, CapturedLaunch& launch) {
-  const auto screen = launch.scalar<records::Screen>(11);
-  const auto between = launch.scalar<records::LatticeCells>(12);
-  native::Interpolate input{launch.read<std::uint8_t>(0),
-                            launch.read<float>(1),
-                            launch.read<float>(2),
-                            launch.read<std::int32_t>(3),
-                            launch.read<std::int32_t>(4),
-                            launch.write<float>(5),
-                            launch.write<float>(6),
-                            launch.write<std::int32_t>(7),
-                            launch.write<std::uint8_t>(8),
-                            launch.write<std::uint8_t>(9),
-                            launch.write<float>(10),
-                            screen.nx,
-                            screen.ny,
-                            between.cells_x,
-                            between.cells_y,
-                            between.stride,
-                            screen.first,
-                            screen.step,
-                            {},
-                            between.every,
-                            between.spread,
-                            between.perspective != 0};
-  copy_rays(frame.view, input.ray);
-  return input;
-}
-
 }  // namespace
 
 Case prepare_blend(Frame& frame) {
@@ -206,8 +159,6 @@ Case prepare_settle(Frame& frame) {
   // Triangle, reference, trust and depth read, one map written, and a list. What is computed
   // depends on where the density decides, and is not counted.
   result.bytes = 20 * result.items;
-  add_native(result, frame, "settle_samples", {1, 3, 5, 6, 7}, settle_input,
-             native::settle_samples);
   return result;
 }
 
@@ -240,8 +191,6 @@ Case prepare_interpolate(Frame& frame) {
   result.bytes = 23 * result.items * 3 / 4;
   // Of each: the corners' depths 4, normals 12, their length 6.
   result.operations = 22 * result.items * 3 / 4;
-  add_native(result, frame, "interpolate_samples", {5, 6, 7, 8, 9, 10}, interpolate_input,
-             native::interpolate_samples);
   return result;
 }
 

@@ -1,7 +1,6 @@
 #include <memory>
 #include <numbers>
 
-#include "kernels/capture.hpp"
 #include "kernels/cases.hpp"
 #include "stages/frame/visible.hpp"
 #include "verify/stage_cases/into_new.hpp"
@@ -35,7 +34,6 @@ Case prepare_splat(Frame& frame) {
   result.launch = [&frame, grid, splats, footprint] {
     splat_depth(frame.device, *splats, grid, footprint);
   };
-  add_native(result, frame.device, "splat_depth", grid, native::splat_depth);
   return result;
 }
 
@@ -77,9 +75,6 @@ Case prepare_fronts(Frame& frame, DiscForm form) {
   Case result = prepare_splat(frame);
   const auto splats = std::make_shared<SplatParticles>(
       upload_splats(frame.device, frame.projected(), frame.seen().index));
-  result.native = {};
-  result.reset_native = {};
-  result.differing = {};
   result.whole = true;
   result.launch = [&frame, form, splats] {
     draw_as(frame.device, form, [&] {

@@ -39,13 +39,6 @@ template <bool WithGradient>
 /// As gradient_of in field.cl; here a zero is always 0.
 inline Floats gradient_of(const Floats& sum) { return sum * (4.0f * kFieldNorm); }
 
-template <bool WithGradient>
-[[gnu::always_inline]] inline void add_particle(FieldAt& sum, const Floats& dx, const Floats& dy,
-                                                const Floats& dz, float weight) {
-  const Floats v = fused(-dx, dx, fused(-dy, dy, fused(-dz, dz, all(kSupport * kSupport))));
-  add_share<WithGradient>(sum, larger(v, Floats{}), dx, dy, dz, weight);
-}
-
 /// Rays by their length, and a particle's share along them, see field.cl.
 struct Lines {
   Rays r;

@@ -24,7 +24,6 @@ constexpr int kWidth = 8;
 typedef float Floats __attribute__((vector_size(32)));
 typedef std::int32_t Ints __attribute__((vector_size(32)));
 constexpr Ints kPlaces = {0, 1, 2, 3, 4, 5, 6, 7};
-constexpr Floats kLanes = {0, 1, 2, 3, 4, 5, 6, 7};
 #endif
 
 inline Floats all(float x) { return Floats{} + x; }
@@ -39,11 +38,6 @@ inline Ints load(const std::int32_t* p) {
   return v;
 }
 inline void store(const Floats& v, float* p) { std::memcpy(p, &v, sizeof v); }
-/// The first `count` lanes, all of them if there are fewer.
-inline void store_first(const Floats& v, float* p, int count) {
-  if (count >= kWidth) return store(v, p);
-  for (int k = 0; k < count; ++k) p[k] = v[k];
-}
 /// Whether a lane of a comparison holds.
 inline bool any(const Ints& test) {
 #if defined(MENISCUS_WIDE) && defined(__AVX512F__)

@@ -10,10 +10,6 @@ constexpr float kNowhere = std::numeric_limits<float>::infinity(), kWindow = 8.0
 constexpr float kNewton = 1.0f / 2048.0f, kNearly = 0.1f;
 constexpr int kTakes = kWidth * kVectors, kRefine = 8;
 
-inline float least_wanted(const Floats& t, const Ints& wanted) {
-  return -most_lane(wanted ? -t : all(-kNowhere));
-}
-
 // As many as kVectors vectors of a tile's list from `place` on, which share a search.
 inline int load_work(const Lists& lists, int tile, int place, Lanes* lanes, Around& around) {
   int v = 0;
@@ -127,21 +123,6 @@ Crossing first_crossing(const Cells& cells, const float* weight, const Rays& r, 
   return crossing;
 }
 
-Floats density_on(const Cells& cells, const float* weight, const Rays& r, const Floats& t,
-                  const Ints& wanted, Around& around) {
-  const Lines line(r);
-  const Floats l = line.length * t;
-  Floats density{};
-  Near near;
-  for (Ints left = wanted; any(left);) {
-    const Ints here = left & (t <= least_wanted(t, left) + kWindow);
-    list_near(cells, around, line, here, l, l, near);
-    density = here ? field_near<false>(cells, weight, near, line, l).c * kFieldNorm : density;
-    left &= ~here;
-  }
-  return density;
-}
-
 // What samples carry of the blend: its trust and where it lies.
 struct Trust {
   Floats share;
@@ -154,43 +135,6 @@ struct Trust {
   }
   Floats contour(float density) const { return (on_edge ? all(0.3f) : all(1.0f)) * density; }
 };
-
-// What samples show as far as no density tells.
-struct Verdict {
-  Floats t0, t, contour;
-  Ints gone, passed, doubted, mixed;
-};
-
-Verdict judge(const Settle& in, const Lanes& lanes) {
-  const std::int32_t* const at = lanes.at;
-  Verdict v;
-  v.t0 = gather(in.reference, at);
-  v.t = gather(in.depth, at);
-  const Ints met = v.t < kNowhere;
-  Ints live = lanes.used & (v.t0 < kNowhere);
-  if (in.only_gaps) live &= ~met;
-  const Ints blended = live & met;
-  const Trust trust(any(blended) ? (blended ? gather(in.trust, at) : Floats{}) : Floats{});
-  v.contour = trust.contour(in.contour);
-  const Ints sure = live & (trust.ended | (trust.share >= 1.0f));
-  Ints alone = sure;
-  if (any(sure)) alone &= ~(magnitude(v.t - gather(in.triangle, at)) < in.triangle_reach);
-  v.gone = alone & trust.ended;
-  v.passed = alone & trust.passed;
-  v.doubted = alone & ~trust.ended;
-  v.mixed = live & ~v.gone & (trust.share < 1.0f);
-  return v;
-}
-
-void settle(const Settle& in, const Verdict& v, const Lanes& lanes, Around& around) {
-  Ints gone = v.gone;
-  if (any(v.doubted))
-    gone |= v.doubted &
-            (density_on(in.cells, in.weight, lanes.rays, v.t, v.doubted, around) < v.contour);
-  scatter(all(kNowhere), in.depth, lanes.at, gone);
-  scatter(v.t + 2.0f * in.before, in.reference, lanes.at, v.passed);
-  scatter(gone ? v.t0 : all(kNowhere), in.behind, lanes.at, lanes.used & ~v.mixed);
-}
 
 Floats search_from(const Follow& in, const Floats& t, const Floats& t0, const Floats& last) {
   return larger(smaller(smaller(t, t0) - in.search, last + in.beyond), all(1e-3f));
@@ -258,30 +202,6 @@ void follow(const Follow& in, const Lanes& lanes, const Floats& last, Around& ar
 }
 
 }  // namespace
-
-void settle_samples(const Settle& in, std::size_t begin, std::size_t end) {
-  Lanes lanes[kVectors];
-  Around around;
-  for (int tile = static_cast<int>(begin); tile < static_cast<int>(end); ++tile) {
-    std::int32_t* next = in.left + 256 * tile;
-    for (int place = 0; place < in.lists.count[tile]; place += kTakes) {
-      const int vectors = load_work(in.lists, tile, place, lanes, around);
-      Verdict verdict[kVectors];
-      for (int v = 0; v < vectors; ++v) {
-        verdict[v] = judge(in, lanes[v]);
-        around.wanted[v] = verdict[v].doubted;
-        need_between(verdict[v].t, verdict[v].t, verdict[v].doubted, around);
-      }
-      for (int v = 0; v < vectors; ++v) {
-        settle(in, verdict[v], lanes[v], around);
-        if (!any(verdict[v].mixed)) continue;
-        for (int k = 0; k < kWidth; ++k)
-          if (verdict[v].mixed[k]) *next++ = lanes[v].at[k];
-      }
-    }
-    in.left_count[tile] = static_cast<std::int32_t>(next - in.left) - 256 * tile;
-  }
-}
 
 void follow_field(const Follow& in, std::size_t begin, std::size_t end) {
   Lanes lanes[kVectors];
