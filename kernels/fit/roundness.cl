@@ -5,7 +5,7 @@
 // neighbours whose normals are similar. Where two sheets really meet, the wide fits miss the particles and
 // the narrow ones, in two sheets, do not; on a drop or a rim both follow.
 //
-// uses: particle_fit.cl
+// uses: neighbours.cl
 
 #define MODEL 3  // float4 a particle: c0-c3; c4-c7; c8, c9
 #define NARROW 1  // trial, in the range's second dimension; the wide one is the first

@@ -43,7 +43,7 @@ constexpr const char* kPocl = "Portable Computing Language";
 // cache by the preprocessed text. Their names do not collide.
 constexpr std::array<std::string_view, 2> kTogether{
     "visible.cl bins.cl region.cl interpolate.cl behind.cl specks.cl",
-    "density.cl particle_fit.cl roundness.cl fairing.cl choose_groups.cl"};
+    "density.cl particle_fit.cl edges.cl roundness.cl fairing.cl choose_groups.cl"};
 
 constexpr const char* kNote = "the runtime's own cache has it";
 

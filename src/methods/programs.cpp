@@ -33,6 +33,7 @@ std::vector<ProgramName> closed_programs(const Parameters& params, const Device:
   programs.add("density.cl", wide);
   programs.add("roundness.cl", wide);
   programs.add("particle_fit.cl", wide);
+  programs.add("edges.cl", wide);
   programs.add("sheet.cl", wide);
   programs.add("implicit.cl", wide);
   if (params.motion) programs.add("motion.cl", width);
@@ -51,6 +52,7 @@ std::vector<ProgramName> programs_of(const Parameters& params, const Device::Sta
   if (device.is_in_place()) programs.add("fill.cl", one);
   programs.add("roundness.cl", wide);
   programs.add("particle_fit.cl", wide);
+  programs.add("edges.cl", wide);
   programs.add("sheet.cl", wide);
   const bool by_minima = device.discs == DiscForm::minima;
   programs.add(by_minima ? "minima.cl" : "region.cl", width);

@@ -54,7 +54,7 @@ constexpr int kProduct[55] = {
 
 constexpr int at(int r, int s) { return r * (r + 1) / 2 + s; }
 
-constexpr int kBatch = 16, kChunk = 32;  // lanes; neighbours, see particle_fit.cl
+constexpr int kBatch = 16, kChunk = 32;  // lanes; neighbours, see neighbours.cl
 
 struct Point {
   Floats w, x, y, z, dx, dy, dz;
@@ -179,13 +179,13 @@ struct Point {
 }
 
 // What neighbours weigh by their distance, the square of its share of the support, see
-// particle_fit.cl.
+// neighbours.cl.
 inline Floats parabola(const Floats& squared) {
   constexpr float kReach = 0.85f;  // FIT_REACH of records.h
   return larger(fused(all(-1.0f / (kReach * kReach)), squared, all(1.0f)), Floats{});
 }
 
-// kWidth records of four values, row by row, see particle_fit.cl.
+// kWidth records of four values, row by row, see neighbours.cl.
 inline void load_records(const float* record, const std::int32_t* at, Floats* row) {
   typedef float Four __attribute__((vector_size(16)));
   typedef float Eight __attribute__((vector_size(32)));

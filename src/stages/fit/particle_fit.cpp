@@ -27,8 +27,8 @@ constexpr float kOverLeast = 1.5f;
 constexpr std::size_t kNoiseItems = 256;  // TILE_ITEMS in prelude.cl
 constexpr SheetWeights kSheet{kResidualReach, 0.8f, 0.95f};
 
-constexpr std::size_t kRecord = 4;  // values of a particle's records, see particle_fit.cl
-// What fits have of their roundness, see falloff_of in particle_fit.cl.
+constexpr std::size_t kRecord = 4;  // values of a particle's records, see neighbours.cl
+// What fits have of their roundness, see falloff_of in neighbours.cl.
 records::FitModel model_of(const FitParams& params) {
   const auto gain = [](double round, double flat) { return static_cast<float>(round - flat); };
   return {static_cast<float>(params.normal_sigma),
