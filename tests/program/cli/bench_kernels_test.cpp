@@ -22,7 +22,7 @@ using ProgramBenchKernels = Program;
 
 std::vector<std::string> tiny(std::vector<std::string> more) {
   return Words{"bench",    "--particles", "500",           "--size", "64x48",
-               "--kernel", "depth_norm",  "--repetitions", "2"} +
+               "--kernel", "fit_part",    "--repetitions", "2"} +
          more;
 }
 
@@ -38,11 +38,11 @@ TEST_F(ProgramBenchKernels, HelpFitsATerminalAndNamesEveryOption) {
 
 TEST_F(ProgramBenchKernels, WritesTableJsonAndPage) {
   const Outcome outcome = run_well(tiny({"--json", "new.json", "--html", "new.html"}));
-  EXPECT_THAT(outcome.out, HasSubstr("depth_normals"));
+  EXPECT_THAT(outcome.out, HasSubstr("fit_particles"));
   EXPECT_THAT(outcome.out, HasSubstr("At the roofline"));
   EXPECT_THAT(outcome.out, Not(HasSubstr("differences")));
-  EXPECT_THAT(outcome.err, HasSubstr("measuring  depth_normals, 500 particles"));
-  EXPECT_THAT(read("new.html"), HasSubstr("depth_normals"));
+  EXPECT_THAT(outcome.err, HasSubstr("measuring  fit_particles, 500 particles"));
+  EXPECT_THAT(read("new.html"), HasSubstr("fit_particles"));
   const auto json = nlohmann::json::parse(read("new.json"));
   const auto& sessions = json.at("sessions");
   ASSERT_FALSE(sessions.empty());
@@ -54,7 +54,7 @@ TEST_F(ProgramBenchKernels, WritesTableJsonAndPage) {
   }
   for (const auto& session : sessions)
     for (const auto& result : session.at("results")) {
-      EXPECT_EQ(result.at("kernel"), "depth_normals");
+      EXPECT_EQ(result.at("kernel"), "fit_particles");
       EXPECT_EQ(result.at("particles"), 500);
       EXPECT_EQ(result.at("width"), 64);
       EXPECT_GE(result.at("ms").size(), 2u);
@@ -173,7 +173,7 @@ TEST_F(ProgramBenchKernels, ComparesTwoEarlierRunsAndMeasuresNothing) {
 TEST_F(ProgramBenchKernels, WhatCannotBeComparedIsNotMeasured) {
   run_well(tiny({"-q", "--threads", "1", "--json", "old.json"}));
   const Outcome none = run({"bench", "--particles", "600", "--size", "64x48", "--kernel",
-                            "depth_normals", "--compare", "old.json", "--json", "new.json"});
+                            "fit_particles", "--compare", "old.json", "--json", "new.json"});
   expect_error(
       none, 2,
       {"--compare: old.json has none of these kernels at these sizes", "500 particles at 64x48"});
