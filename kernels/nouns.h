@@ -103,7 +103,7 @@
 #define REGION(access, group, depth) \
   global access int* group, global access float* depth
 
-// The lanes of fits (particle_fit.cl): [lanes] each one's particle, and its influence on its neighbours,
+// The lanes of fits (neighbours.cl): [lanes] each one's particle, and its influence on its neighbours,
 // 0 .. 1. The particles around them: [slots]; [batches] each.
 #define AROUND(particle, influence, neighbour, first, length) \
   global const int* particle, global const float* influence, global const int* neighbour, \

@@ -33,7 +33,7 @@ enum { NEARER = 0, NEARER_UNLESS = 1 };
 // the ray to be met near it; they are evaluated at the sample itself (hidden.cl).
 #define STEEP 0.5f
 
-// Neighbours weigh in a fit within this share of its support (particle_fit.cl).
+// Neighbours weigh in a fit within this share of its support (neighbours.cl).
 #define FIT_REACH 0.85f
 
 // Where samples lie on the screen: sample (i, j) at pixel (first + i step, first + j step).
@@ -208,7 +208,7 @@ RECORD(Noise) {
   float over;   // times the residual that a twentieth are below
 };
 
-// How far fits' edges look, and where the density around fits is asked for (particle_fit.cl).
+// How far fits' edges look, and where the density around fits is asked for (edges.cl).
 RECORD(Feet) {
   float offset;  // of the surface from particles, particle radii
   float deep;    // how far behind the feet the density is asked for, too, particle radii

@@ -50,10 +50,9 @@ INLINED void sum_surroundings(Surroundings* found, const Particles* own, const f
 }
 
 // How far a fit's surroundings are one sheet, `edge`, and its firmness, from what they come to, their spread
-// and its residual. A bevel along an edge agrees with its row
-// alone, and the others lie farther off than its own rest. A fit on which all lie that look its way is a
-// face, also beside a corner, where most are bevels. One that its own particles lie off lies across an edge,
-// and may agree with others that do.
+// and its residual. A bevel along an edge agrees with its row alone, and the others lie farther off than its
+// own rest. A fit on which all lie that look its way is a face, also beside a corner, where most are bevels.
+// One that its own particles lie off lies across an edge, and may agree with others that do.
 INLINED void judge_edge(const Surroundings* found, const floatv u, const floatv roundness,
                         const floatv spread, const floatv residual, const floatv inverse_tau,
                         floatv* edge, floatv* firmness) {
@@ -99,7 +98,8 @@ inline void put_places(const Particles own, const floatv foot, const floatv deep
 // - x, y and z of the normal as the passes left it;
 // - the support;
 // - the roundness.
-// The first two are scaled by the weight of the group where the fits are those of groups.
+// Of the first two bevels keep less, and faces and all others keep something: judge_edge. They are scaled by
+// the weight of the group where the fits are those of groups.
 // Fits get their residual, the RMS distance with the weights of the last pass.
 //
 // What their trust follows from goes into a sheet (trust.hpp): normals; how much each fit counts, which is

@@ -3,8 +3,7 @@
 // A fit is a lane of a batch: slot k of lane l of batch b lies at first[b] + BATCH k + l. The slots
 // name the neighbours, the particle itself among them. A work-item takes WIDTH lanes of one
 // batch. Particles are records of four values: x, y, z (particle radii), u; the unit normal, and how
-// round the surface is there (set_roundness).
-// Behind the last stands nobody, whose u is 0, for slots and lanes that are not in use.
+// round the surface is there (set_roundness). Behind the last stands nobody, whose u is 0, for slots and lanes that are not in use.
 //
 // uses: fit.cl
 
@@ -109,6 +108,7 @@ inline floatv falloff_of(const floatv roundness, const FitModel model) {
 inline floatv tau_of(const floatv roundness, const FitModel model) {
   return fma(roundness, (floatv)(model.tau_gain), (floatv)(model.tau));
 }
+
 // The product of a normal and a quadric's unit gradient at a place.
 inline floatv along_slope(const floatv* c, const floatv x, const floatv y, const floatv z,
                           const floatv nx, const floatv ny, const floatv nz) {
@@ -138,13 +138,6 @@ inline floatv share_of(const floatv u, const floatv l, const float reach) {
   const floatv d = l / reach;
   const floatv r = (1.0f - d) * (1.0f - d);
   return SELECT((floatv)(0.0f), u * r * r * (4.0f * d + 1.0f), (d > 0.0f) & (d < 1.0f));
-}
-
-// How round the surface is at the particles of WIDTH lanes.
-inline floatv roundness_at(global const float4* normal, global const int* particle) {
-  int at[WIDTH];
-  STOREI(4 * LOADI(particle) + 3, at);
-  return gather_float((global const float*)normal, at);
 }
 
 // Puts the normals of WIDTH lanes, and how much they count, where their fits are in a sheet.

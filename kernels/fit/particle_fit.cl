@@ -1,5 +1,5 @@
-// particle_fit.cl: fits around every visible particle, in passes (paper 2.3, with a support of fixed
-// radius instead of a merged group, so that nothing changes abruptly from frame to frame;
+// particle_fit.cl: fits around every particle of the rim, seen or hidden, in passes (paper 2.3, with a
+// support of fixed radius instead of a merged group, so that nothing changes abruptly from frame to frame;
 // docs/method.md).
 //
 // The particles and their lanes: neighbours.cl.
@@ -18,6 +18,13 @@ inline floatv off_surface_of(const floatv roundness, const FitModel model) {
 }
 inline floatv ridge_of(const floatv roundness, const FitModel model) {
   return fma(roundness, (floatv)(model.ridge_gain), (floatv)(model.ridge));
+}
+
+// How round the surface is at the particles of WIDTH lanes.
+inline floatv roundness_at(global const float4* normal, global const int* particle) {
+  int at[WIDTH];
+  STOREI(4 * LOADI(particle) + 3, at);
+  return gather_float((global const float*)normal, at);
 }
 
 // The support of WIDTH lanes where noise does not explain the mean residual r of the sheet around:
@@ -130,6 +137,11 @@ typedef struct {
   floatv around, agree;
 } Neighbourhood;
 
+// Whether a pass measures firmness, for the next one.
+inline int measures_firmness(const FitPass by) {
+  return by.left > 0 && !by.tries && !by.groups;
+}
+
 // The weight of a neighbour at (x, y, z) from the particle: `near`, its u by the distance, times those of
 // its normal's product with the particle's, `same`, and of its height over the tangent plane, `rise`, or
 // over the surface of the pass before.
@@ -160,7 +172,7 @@ INLINED floatv weight_of(const Weighing* with, const Point p, const floatv x, co
 INLINED void weigh_points(const Weighing* with, const Particles* own, Point* point, const int points,
                           global float* weight, Neighbourhood* found, const FitPass by) {
   const floatv none = (floatv)(0.0f);
-  const int measures_firmness = by.left > 0 && !by.tries && !by.groups;  // for the next pass
+  const int firmness = measures_firmness(by);
   for (int k = 0; k < points; ++k) {
     const Point p = point[k];
     const floatv x = p.x - own->x, y = p.y - own->y, z = p.z - own->z;
@@ -172,7 +184,7 @@ INLINED void weigh_points(const Weighing* with, const Particles* own, Point* poi
     const floatv rise = fma(x, own->nx, fma(y, own->ny, z * own->nz));
     const intv counts = (near >= 1e-6f) & (same >= -0.5f);
     const floatv w = weight_of(with, p, x, y, z, squared, near, same, rise, counts, by);
-    if (measures_firmness) {
+    if (firmness) {
       const floatv beside =
           fma(with->roundness - 1.0f, smooth_step(0.0f, 1.0f, rise), (floatv)(1.0f));
       const floatv q = share_of(p.w, sqrt(squared), by.reach) * beside;
@@ -252,7 +264,7 @@ kernel void fit_particles(
     for (int k = 0; k < points; ++k) add_first(m, a, point + k, with.delta);
     for (int k = 0; k < points; ++k) add_second(m, a, point + k, with.delta);
   }
-  if (left > 0 && !by.tries && !by.groups)
+  if (measures_firmness(by))
     STOREF(firmness_of(own.u, found.around, found.agree, 0.7f), support + 2 * lanes + lane);
 
   const intv few = found.used < 3;

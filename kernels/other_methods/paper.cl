@@ -223,7 +223,7 @@ kernel void smooth_contour(REGION(const, group, depth),
   }
 }
 
-// A group's record is 20 floats: 0-2 centre, 3-5 normal, 6-15 quadric (see fit.hpp), 16-17 centre
+// A group's record is 20 floats: 0-2 centre, 3-5 normal, 6-15 quadric (see fit.cl), 16-17 centre
 // on the screen in pixels, 18 radius R, 19 billboard radius.
 #define GROUP_RECORD 20
 

@@ -1,7 +1,7 @@
 // hits.cl: where a ray meets a fit, and with what weight (paper 2.4.2, Eq. 6).
 //
 // A fit's record is FIT floats (records.h), which fill a line of most caches: 0-9 quadric around the foot
-// (see fit.hpp), 10 one over the reach squared, 11 weight in the blend, 12 one over the trust that is part
+// (see fit.cl), 10 one over the reach squared, 11 weight in the blend, 12 one over the trust that is part
 // of the weights (trust.hpp), 13 weight where the fluid ends, 14 firmness over the e in the weights, 15 how
 // round it is, 0 between two sheets to .9 around a bend. Its foot and reach are 4 floats in an array of
 // their own.

@@ -20,14 +20,14 @@ bool has_native_flags();
 struct Fits {
   const float *place, *normal;
   const std::int32_t *particle, *neighbour, *first, *length;
-  const float *support;
+  const float* support;
   float *quadric, *residual, *weight, *turned;
   std::size_t lanes;
   std::int32_t nobody;
   float falloff, height, height_growth, off_surface, ridge;
 };
 /// Batches [begin, end) of eight lanes each.
-void fit_particles(const Fits &input, std::size_t begin, std::size_t end);
+void fit_particles(const Fits& input, std::size_t begin, std::size_t end);
 
 /// Particles in bucket order (cells.hpp). Vectors may be loaded from where the last is.
 struct Cells {
@@ -46,7 +46,7 @@ struct Lists {
 
 struct FitList {
   const std::int32_t *start, *fit;
-  const float *place;  // [8][stride]
+  const float* place;  // [8][stride]
   std::ptrdiff_t stride;
 };
 
@@ -55,27 +55,27 @@ struct Blend {
   const float *reference, *records, *feet;
   FitList met, rim;
   float *depth, *normal;
-  std::int32_t *group;
-  float *trust;
+  std::int32_t* group;
+  float* trust;
   std::size_t samples;
   float d_max, same_low, same_high, crease;
 };
 /// Tiles [begin, end).
-void blend_groups(const Blend &input, std::size_t begin, std::size_t end);
+void blend_groups(const Blend& input, std::size_t begin, std::size_t end);
 
 struct Follow {
   Lists lists;
   const float *reference, *trust;
   float *depth, *normal;
-  std::int32_t *group;
-  std::uint8_t *kind;
-  float *behind;
+  std::int32_t* group;
+  std::uint8_t* kind;
+  float* behind;
   Cells cells;
   const float *weight, *level_weight;
   std::size_t samples;
   float contour, level, search, beyond, disorder;
 };
 /// Tiles [begin, end).
-void follow_field(const Follow &input, std::size_t begin, std::size_t end);
+void follow_field(const Follow& input, std::size_t begin, std::size_t end);
 
 }  // namespace meniscus::bench::native

@@ -27,11 +27,13 @@ void measure_surroundings(Device& device, const DeviceCells& cells, DeviceFits& 
 
 /// Trust of each fit of known surroundings, 0 .. 1:
 ///   smoothstep(.24, .33, C) (1 - smoothstep(.45, .75, spread)) smoothstep(5, 12, supporters)
-///     (1 - .01 smoothstep(.3, .4, spread)) (1 - (1 - smoothstep(.5, .8, B)) (1 - sheet)),
+///     (1 - .01 smoothstep(.3, .4, spread)) (1 - (1 - smoothstep(.5, .8, B)) (1 - sheet))
+///     (1 - (1 - firmness) smoothstep(.75, .85, own spread)),
 ///   sheet = (1 - roundness) smoothstep(40, 80, supporters) (1 - smoothstep(.25, .4, spread))
-/// with C the mean density at the feet, B that behind them, and the mean spread. 0 where there is
-/// no fit. Irregular particles lie farther from their fits: for a disorder of 1 (relax.hpp) spreads
-/// are compared with .8, 1.2; .6, .8; .5, .8, for one of 2 with 1.15, 1.65; .9, 1.2; .75, 1.2.
+/// with C the mean density at the feet, B that behind them, and the mean spread but for `own
+/// spread`. 0 where there is no fit. Irregular particles lie farther from their fits: for a
+/// disorder of 1 (relax.hpp) spreads are compared with .8, 1.2; .6, .8; .5, .8, for one of 2
+/// with 1.15, 1.65; .9, 1.2; .75, 1.2.
 std::vector<double> trust_of(const ParticleFits& fits, double disorder = 0);
 
 /// Less trust to fits without air before them: particles around a gap in a lattice, as large as one
