@@ -37,9 +37,16 @@ Camera frame_particles(const BorrowedParticles& particles, const Framing& framin
 /// The same. Throws also InputError when the source cannot be read.
 Camera frame_particles(const ParticleSource& source, const Framing& framing = {});
 
-/// Throws InvalidArgument unless the camera has a size of 1..16384 pixels a side, finite matrices,
-/// a rigid view, and an invertible projection that is perspective or orthographic. The message
-/// names the entry at fault.
+/// The most pixels that a side of an image may have.
+[[maybe_unused]] constexpr int kLargestSide = 16384;
+
+/// Throws InvalidArgument unless the camera has a size of 1 to kLargestSide pixels a side, finite
+/// matrices, a rigid view, and an invertible projection that is perspective or orthographic. The
+/// message names the entry at fault.
 void check(const Camera& camera);
+
+/// The width of a pixel over its height as the projection has it: 1 within 2 %, which is what
+/// rounding an image's sides to pixels may cost.
+double pixel_aspect_ratio(const Camera& camera);
 
 }  // namespace MENISCUS_API

@@ -22,6 +22,7 @@ enum class Code {
   bad_attribute,     // the same of the attribute `subject`
   bad_radius,        // the radius of particle `place` is `found`, must be > 0
   crowded,           // up to `found` particles lie within `wanted`: `count` of `of` were dropped
+  too_far,           // `count` of `of` lie farther than `wanted` particle radii from the others
   coarse_positions,  // positions are rounded to steps of `found`, where `wanted` would do
   no_particles,      // there is none
   none_in_view,      // the camera sees none of `count`

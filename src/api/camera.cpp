@@ -32,8 +32,8 @@ Camera look_at(const std::array<double, 3>& eye, const std::array<double, 3>& ta
                const std::array<double, 3>& up, double fov_degrees, int width, int height) {
   require(width >= 1 && height >= 1, "camera: size is " + std::to_string(width) + "x" +
                                          std::to_string(height) + ", both must be >= 1 pixel");
-  require(fov_degrees > 0 && fov_degrees < 180,
-          "camera: field of view is " + number(fov_degrees) + " degrees, must be in (0, 180)");
+  require(fov_degrees > 0 && fov_degrees < 180, "camera: field of view is " + number(fov_degrees) +
+                                                    " degrees, must be above 0 and below 180");
   const Vec3d e{eye[0], eye[1], eye[2]}, t{target[0], target[1], target[2]}, u{up[0], up[1], up[2]};
   for (double x : {e.x, e.y, e.z, t.x, t.y, t.z, u.x, u.y, u.z})
     require(std::isfinite(x), "camera: eye, target and up must be finite numbers");
@@ -228,8 +228,8 @@ Camera frame_nothing(const Framing& framing) {
 }
 
 void check(const Framing& framing) {
-  require(framing.fov > 0 && framing.fov < 180,
-          "camera: field of view is " + number(framing.fov) + " degrees, must be in (0, 180)");
+  require(framing.fov > 0 && framing.fov < 180, "camera: field of view is " + number(framing.fov) +
+                                                    " degrees, must be above 0 and below 180");
   require(framing.width >= 1 && framing.height >= 1,
           "camera: size is " + std::to_string(framing.width) + "x" +
               std::to_string(framing.height) + ", both must be >= 1 pixel");
@@ -309,11 +309,10 @@ Camera frame_sources(const std::vector<const ParticleSource*>& sources, const Fr
 }
 
 void check(const Camera& camera) {
-  constexpr int kLargest = 16384;
-  require(camera.width >= 1 && camera.height >= 1 && camera.width <= kLargest &&
-              camera.height <= kLargest,
+  require(camera.width >= 1 && camera.height >= 1 && camera.width <= kLargestSide &&
+              camera.height <= kLargestSide,
           "camera: size is " + std::to_string(camera.width) + "x" + std::to_string(camera.height) +
-              " pixels, each side must be 1 to " + std::to_string(kLargest));
+              " pixels, each side must be 1 to " + std::to_string(kLargestSide));
   for (int k = 0; k < 16; ++k) {
     require(std::isfinite(camera.view[k]),
             entry("view", k) + " is " + number(camera.view[k]) + ", must be a finite number");
@@ -357,6 +356,14 @@ void check(const Camera& camera) {
           "camera: projection is transposed: its last row is 0 0 " + number(p[14]) +
               " 0 and its last column ends in -1 0; the last row must be 0 0 -1 0 (write the "
               "matrix row by row, for column vectors)");
+}
+
+double pixel_aspect_ratio(const Camera& camera) {
+  constexpr double kRounded = 0.02;
+  const auto& p = camera.projection;
+  const double across = std::hypot(p[0], p[1]) * camera.width,
+               down = std::hypot(p[4], p[5]) * camera.height;
+  return std::abs(across / down - 1) < kRounded ? 1 : down / across;
 }
 
 }  // namespace meniscus

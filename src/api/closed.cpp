@@ -52,20 +52,9 @@ Parameters of_meshes(const Parameters& parameters) {
   return params;
 }
 
-// A stray particle may lie where no cell is.
-void check_reach(const View& view, const WorldParticles& particles, double cell) {
-  const double farthest = farthest_point(band_of(cell), cell);
-  for (std::size_t i = 0; i < particles.x.size(); ++i) {
-    const Vec3d at = eye_from_world(view, {particles.x[i], particles.y[i], particles.z[i]});
-    const double away = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
-    if (away > farthest)
-      throw InputError(
-          printed("a particle at (%g, %g, %g) lies %.3g particle radii from the middle "
-                  "of the others, where a mesh of this cell reaches %.3g (leave it "
-                  "out, or give a larger ",
-                  particles.x[i], particles.y[i], particles.z[i], away, farthest) +
-          setting("cell") + ")");
-  }
+// Where cells are, around the origin; particle radii.
+double farthest_of(const ClosedParams& closed) {
+  return farthest_point(band_of(closed.cell), closed.cell);
 }
 
 // What is left of so many bytes beside places that are held: half of them at least.
@@ -79,7 +68,7 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
   const Parameters& params = filling.params;
   Team& team = source.team();
   const double block = kBlockSide * closed.cell;
-  const PartedFrame frame = survey_parts(filling, source, block);
+  const PartedFrame frame = survey_parts(filling, source, block, farthest_of(closed));
   filling.clock.start("relax");
   const Disorder disorder = find_disorder(source, frame.view, params);
   filling.clock.stop();
@@ -101,7 +90,6 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
     PartTally tally;
     PlacedParticles filled = evened ? fill_part(filling, source, frame, boxes, *evened)
                                     : fill_part(filling, source, frame, boxes, own, tally);
-    check_reach(frame.view, filled.particles, closed.cell);
     if (!evened && part < parts.size()) tallies[part] = tally;
     return filled;
   };
@@ -137,11 +125,10 @@ Surface mesh_parts(const Filling& filling, const ParticleSource& source, const C
 Surface mesh_frame(const Filling& filling, const ParticleSource& source, const ClosedParams& closed,
                    std::vector<StageTime>* timings) {
   if (source.size() >= kStreamed) return mesh_parts(filling, source, closed, timings);
-  const FilledFrame frame = fill_everything(filling, source);
+  const FilledFrame frame = fill_everything(filling, source, farthest_of(closed));
   Surface surface;
   surface.particle_radius = frame.radius;
   if (!source.team().leads()) return surface;
-  check_reach(frame.view, frame.particles, closed.cell);
   return to_world(
       filling.device, frame.view,
       run_closed(filling.device, frame.view, frame.particles, closed, filling.params, timings),

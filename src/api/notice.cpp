@@ -15,6 +15,7 @@ constexpr std::array kNames{
     std::pair{Code::bad_attribute, "bad_attribute"},
     std::pair{Code::bad_radius, "bad_radius"},
     std::pair{Code::crowded, "crowded"},
+    std::pair{Code::too_far, "too_far"},
     std::pair{Code::coarse_positions, "coarse_positions"},
     std::pair{Code::no_particles, "no_particles"},
     std::pair{Code::none_in_view, "none_in_view"},

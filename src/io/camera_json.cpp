@@ -25,24 +25,24 @@ int read_side(const InputFile& file, const json& root, const char* key) {
   const json& value = entry(file, root, key);
   const auto pixels = whole_number<int>(value);
   if (!pixels)
-    fail(file, key, "found " + in_quotes(value.dump()) + ", wanted a whole number of pixels");
+    fail(file, key, "found " + in_quotes_of(value) + ", wanted a whole number of pixels");
   return *pixels;
 }
 
 std::array<double, 16> read_matrix(const InputFile& file, const json& root, const char* key) {
   const json& rows = entry(file, root, key);
   if (!rows.is_array() || rows.size() != 4)
-    fail(file, key, "found " + in_quotes(rows.dump()) + ", wanted 4 rows of 4 numbers");
+    fail(file, key, "found " + in_quotes_of(rows) + ", wanted 4 rows of 4 numbers");
   std::array<double, 16> matrix{};
   for (std::size_t i = 0; i < 4; ++i) {
     const std::string row = "row " + std::to_string(i);
     if (!rows[i].is_array() || rows[i].size() != 4)
       fail(file, std::string(key) + ": " + row,
-           "found " + in_quotes(rows[i].dump()) + ", wanted 4 numbers");
+           "found " + in_quotes_of(rows[i]) + ", wanted 4 numbers");
     for (std::size_t j = 0; j < 4; ++j) {
       if (!rows[i][j].is_number())
         fail(file, std::string(key) + ": " + row + ", column " + std::to_string(j),
-             "found " + in_quotes(rows[i][j].dump()) + ", wanted a number");
+             "found " + in_quotes_of(rows[i][j]) + ", wanted a number");
       matrix[4 * i + j] = rows[i][j].get<double>();
     }
   }
@@ -61,7 +61,7 @@ json parse(const InputFile& file) {
 Camera read_object(const InputFile& file, const json& root) {
   if (!root.is_object())
     fail(file, "",
-         "found " + in_quotes(root.dump()) +
+         "found " + in_quotes_of(root) +
              ", wanted {\"width\": ..., \"height\": ..., \"view\": ..., \"projection\": ...}" +
              (root.is_array() ? " (a list of cameras is for a sequence)" : ""));
   Camera camera;
@@ -92,7 +92,8 @@ std::map<std::int64_t, Camera> read_cameras(const std::string& path) {
   for (std::size_t k = 0; k < root.size(); ++k) {
     const InputFile place{path + ": camera " + std::to_string(k), {}};
     const auto frame = root[k].find("frame");
-    if (!root[k].is_object() || frame == root[k].end() || !frame->is_number_unsigned())
+    if (!root[k].is_object() || frame == root[k].end() || !frame->is_number() ||
+        frame->get<double>() < 0)
       fail(place, "", "has no key \"frame\" with a whole number >= 0");
     const auto number = whole_number<std::int64_t>(*frame);
     if (!number || *number > kLastFrame)

@@ -8,6 +8,7 @@
 #include <array>
 
 #include "io/seal.hpp"
+#include "meniscus/camera.hpp"
 #include "meniscus/meniscus.hpp"
 
 namespace meniscus {
@@ -44,7 +45,7 @@ Imf::Header make_exr_header(const Surface& surface, const Parameters& parameters
                             Imf::Compression compression, const std::string& job,
                             const std::string& comments) {
   const Camera& camera = surface.camera;
-  Imf::Header header(camera.width, camera.height);
+  Imf::Header header(camera.width, camera.height, static_cast<float>(pixel_aspect_ratio(camera)));
   header.compression() = compression;
 
   // OpenEXR's camera space is left-handed with +z forward; its NDC runs from (0, 0) at the upper

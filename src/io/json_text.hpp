@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "io/input_file.hpp"
 #include "meniscus/error.hpp"
 
 namespace meniscus {
@@ -18,6 +19,12 @@ inline std::string reason_of(const nlohmann::json::exception& error) {
   const std::string text = error.what();  // begins with "[json.exception. ...] "
   const std::size_t prefix = text.find("] ");
   return text.substr(prefix == std::string::npos ? 0 : prefix + 2);
+}
+
+/// A value in quotes; text has its own.
+template <class Json>
+std::string in_quotes_of(const Json& value) {
+  return in_quotes(value.is_string() ? value.template get<std::string>() : value.dump());
 }
 
 /// Parses a whole file or line. Refuses what nests deeper than all that Meniscus reads, as the

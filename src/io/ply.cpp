@@ -50,7 +50,7 @@ constexpr std::pair<const char*, Scalar> kPlyTypes[] = {
     {"int64", Scalar::int64},     {"uint64", Scalar::uint64},  {"float", Scalar::float32},
     {"float32", Scalar::float32}, {"double", Scalar::float64}, {"float64", Scalar::float64}};
 
-/// Takes "time T" and "particle_radius R" from a comment; other text is left alone.
+/// Takes "time T" and "particle_radius R" (0: none) from a comment; other text is left alone.
 void read_comment(const std::vector<std::string>& words, const InputFile& file,
                   const std::string& place, Particles& stated) {
   for (std::size_t i = 1; i + 1 < words.size(); ++i) {

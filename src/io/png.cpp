@@ -17,6 +17,7 @@
 #include "io/scalar.hpp"
 #include "io/seal.hpp"
 #include "io/writers.hpp"
+#include "meniscus/camera.hpp"
 #include "meniscus/error.hpp"
 #include "meniscus/io.hpp"
 
@@ -30,7 +31,7 @@ constexpr std::size_t kMostRatio = 1032;        // of deflate: what one byte can
 // Whether a file can hold its picture, before there is room for it: eight bits a channel, RGB as
 // write_png makes it. Fewer bits or channels would grow further in memory.
 bool can_hold(const InputFile& file, const png_image& image) {
-  constexpr png_uint_32 kLargest = 16384;  // each side, as of a camera
+  constexpr png_uint_32 kLargest = kLargestSide;
   return image.width <= kLargest && image.height <= kLargest && image.format == PNG_FORMAT_RGB &&
          file.bytes[kDepthAt] == 8 && PNG_IMAGE_SIZE(image) / kMostRatio <= file.size();
 }

@@ -6,6 +6,7 @@
 
 #include "base/order_statistics.hpp"
 #include "base/parallel.hpp"
+#include "base/printed.hpp"
 #include "base/team.hpp"
 #include "prepare/attributes.hpp"
 #include "prepare/canonical_order.hpp"
@@ -86,10 +87,11 @@ RadiusClues clues_of(const BorrowedParticles& particles, const std::vector<std::
   return clues;
 }
 
-/// Puts particles in order. `view` makes the view of a radius and an origin.
+/// Puts particles in order, without those outside a box of eye space. `view` makes the view of a
+/// radius and an origin.
 template <class MakeView>
 FilledFrame fill_whole(const Filling& filling, const BorrowedParticles& particles,
-                       const MakeView& view) {
+                       const MakeView& view, double farthest) {
   FilledFrame frame;
   filling.clock.start("order");
   std::vector<std::size_t> order = canonical_order(particles, filling.params, filling.notices);
@@ -98,20 +100,33 @@ FilledFrame fill_whole(const Filling& filling, const BorrowedParticles& particle
   const RadiusClues clues = clues_of(particles, order);
   frame.radius = choose_radius(filling.params, clues, estimate, filling.notices);
   order = without_crowds(particles, std::move(order), frame.radius, filling.notices);
-  Ordered made =
-      in_order(particles, order, frame.radius, draws_own_sizes(filling.params, clues, frame.radius),
-               filling.params.motion && !particles.vx.empty());
-  frame.particles = std::move(made.world);
-  check_values(order, filling.params, frame.particles, filling.notices);
+  const auto ordered = [&] {
+    return in_order(particles, order, frame.radius,
+                    draws_own_sizes(filling.params, clues, frame.radius),
+                    filling.params.motion && !particles.vx.empty());
+  };
+  Ordered made = ordered();
   std::array<double, 3> origin{};
   if (!order.empty()) {
     std::vector<std::array<float, 3>> sample;
     constexpr std::size_t kSample = 1024;
     for (std::size_t i = 0; i < order.size(); i += 1 + order.size() / kSample)
-      sample.push_back({frame.particles.x[i], frame.particles.y[i], frame.particles.z[i]});
+      sample.push_back({made.world.x[i], made.world.y[i], made.world.z[i]});
     origin = origin_of(made.low, made.high, sample);
   }
   frame.view = view(frame.radius, origin);
+  const SpaceBox near = SpaceBox::around_origin(farthest);
+  const std::size_t far = std::erase_if(order, [&](std::size_t i) {
+    return !near.holds(
+        eye_from_world(frame.view, {particles.x[i], particles.y[i], particles.z[i]}));
+  });
+  if (far > 0) {
+    report_far(static_cast<std::int64_t>(far), static_cast<std::int64_t>(far + order.size()),
+               farthest, filling.params, filling.notices);
+    made = ordered();
+  }
+  frame.particles = std::move(made.world);
+  check_values(order, filling.params, frame.particles, filling.notices);
   warn_of_coarse_positions(frame.view, frame.radius, filling.notices);
   filling.clock.stop();
   return frame;
@@ -159,9 +174,9 @@ FilledFrame fill_streaming(const Filling& filling, const ParticleSource& source)
 
 template <class MakeView>
 FilledFrame fill_in_memory(const Filling& filling, const ParticleSource& source,
-                           const MakeView& view) {
+                           const MakeView& view, double farthest) {
   if (const BorrowedParticles* const all = source.in_memory()) {
-    FilledFrame frame = fill_whole(filling, *all, view);
+    FilledFrame frame = fill_whole(filling, *all, view, farthest);
     // Without particles the source alone tells whether they would have velocities.
     if (all->size() == 0) frame.particles.moving = filling.params.motion && source.has_velocity();
     return frame;
@@ -170,10 +185,29 @@ FilledFrame fill_in_memory(const Filling& filling, const ParticleSource& source,
   const Particles all = read_all(source);
   if (!source.team().leads()) return {};
   check(all);
-  return fill_whole(filling, all, view);
+  return fill_whole(filling, all, view, farthest);
 }
 
 }  // namespace
+
+void report_far(std::int64_t far, std::int64_t size, double farthest, const Parameters& params,
+                Notices& notices) {
+  if (far == 0) return;
+  Notice notice{.code = Code::too_far,
+                .text = std::to_string(far) + " of " + std::to_string(size) +
+                        printed(" particles lie more than %.3g particle radii from the middle of "
+                                "the others, farther than a mesh reaches",
+                                farthest),
+                .count = far,
+                .of = size,
+                .wanted = farthest};
+  const bool none_left = far == size;
+  notice.text += none_left       ? ", and none is left"
+                 : params.strict ? "; leave " + setting("strict") + " away to drop them"
+                                 : ": they were dropped";
+  if (none_left || params.strict) throw InputError(notice);
+  notices.add(std::move(notice));
+}
 
 WorldParticles particles_in_order(const BorrowedParticles& particles,
                                   const std::vector<std::size_t>& order, double radius,
@@ -188,14 +222,17 @@ FilledFrame fill_frame(const Filling& filling, const ParticleSource& source) {
 
 FilledFrame fill_whole_frame(const Filling& filling, const ParticleSource& source) {
   require(source.size() < (std::int64_t{1} << 31), "particles: more than 2^31 - 1");
-  return fill_in_memory(filling, source, [&](double radius, const std::array<double, 3>& origin) {
-    return make_view(filling.camera, radius, origin);
-  });
+  return fill_in_memory(
+      filling, source,
+      [&](double radius, const std::array<double, 3>& origin) {
+        return make_view(filling.camera, radius, origin);
+      },
+      SpaceBox::kFar);
 }
 
-FilledFrame fill_everything(const Filling& filling, const ParticleSource& source) {
+FilledFrame fill_everything(const Filling& filling, const ParticleSource& source, double farthest) {
   require(source.size() < (std::int64_t{1} << 31), "particles: more than 2^31 - 1");
-  return fill_in_memory(filling, source, make_world_view);
+  return fill_in_memory(filling, source, make_world_view, farthest);
 }
 
 }  // namespace meniscus

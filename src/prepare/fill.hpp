@@ -17,6 +17,7 @@
 #include "meniscus/source.hpp"
 #include "prepare/thin.hpp"
 #include "stages/frame/project.hpp"
+#include "stages/space_box.hpp"
 #include "stages/view.hpp"
 
 namespace meniscus {
@@ -56,8 +57,18 @@ FilledFrame fill_frame(const Filling& filling, const ParticleSource& source);
 FilledFrame fill_whole_frame(const Filling& filling, const ParticleSource& source);
 
 /// Fills a frame with all particles, however many, for what needs no camera: filling.camera is not
-/// looked at, and the view is make_world_view(). All are held in memory. As fill_frame() else.
-FilledFrame fill_everything(const Filling& filling, const ParticleSource& source);
+/// looked at, and the view is make_world_view(). All are held in memory. Those that lie `farthest`
+/// particle radii or more from the origin along an axis are dropped with a notice. Throws
+/// InputError where params.strict, or none is left. As fill_frame() else.
+FilledFrame fill_everything(const Filling& filling, const ParticleSource& source,
+                            double farthest = SpaceBox::kFar);
+
+/// Tells of particles that were dropped since they lie too far from the others, if there are any.
+/// Throws InputError when params.strict, or where none of `size` is left.
+///
+///   farthest  as of fill_everything()
+void report_far(std::int64_t far, std::int64_t size, double farthest, const Parameters& params,
+                Notices& notices);
 
 /// Particles in an order, all of one radius (world units).
 WorldParticles particles_in_order(const BorrowedParticles& particles,

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "base/team.hpp"
@@ -32,6 +33,13 @@ bool is_finite(const ParticleChunk& chunk, std::size_t i) {
 
 Vec3d place_of_particle(const View& view, const ParticleChunk& chunk, std::size_t i) {
   return eye_from_world(view, {chunk.x[i], chunk.y[i], chunk.z[i]});
+}
+
+// Whether one of these bounds, world units, lies outside a box of eye space.
+bool reaches_beyond(const View& view, const SpaceBox& box, const std::array<float, 3>& low,
+                    const std::array<float, 3>& high) {
+  return !box.holds(eye_from_world(view, {low[0], low[1], low[2]})) ||
+         !box.holds(eye_from_world(view, {high[0], high[1], high[2]}));
 }
 
 SpaceBox in_world(const View& view, SpaceBox box) {
@@ -138,8 +146,8 @@ Vec3d where_given(const ParticleChunk& chunk, std::size_t i, std::size_t) {
   return {chunk.x[i], chunk.y[i], chunk.z[i]};
 }
 
-std::vector<SpaceBox> in_world(const View& view, std::vector<SpaceBox> boxes) {
-  for (SpaceBox& box : boxes) box = in_world(view, box);
+std::vector<SpaceBox> in_world(const PartedFrame& frame, std::vector<SpaceBox> boxes) {
+  for (SpaceBox& box : boxes) box = in_world(frame.view, box.within(frame.within));
   return boxes;
 }
 
@@ -148,7 +156,7 @@ Particles pick_given(const ParticleSource& source, const PartedFrame& frame,
                      const std::vector<SpaceBox>& boxes) {
   std::vector<Particles> kept = room_for(boxes.size(), source.attributes());
   each_in_boxes(source, {.radius = true, .velocity = frame.moving, .attributes = true},
-                in_world(frame.view, boxes), where_given,
+                in_world(frame, boxes), where_given,
                 [&](std::size_t box, const ParticleChunk& chunk, std::size_t i, std::size_t) {
                   add_particle(chunk, i, kept[box]);
                 });
@@ -187,7 +195,8 @@ void check_values(WorldParticles& world) {
 
 }  // namespace
 
-PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, double block) {
+PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, double block,
+                         double farthest) {
   PartedFrame frame;
   Team& team = source.team();
   const Parameters& params = filling.params;
@@ -201,21 +210,32 @@ PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, d
   frame.view = team.from_first(
       make_world_view(frame.radius, origin_of(survey.low, survey.high, survey.sample)));
   warn_of_coarse_positions(frame.view, frame.radius, filling.notices);
+  frame.within = SpaceBox::around_origin(farthest);
+  const bool far_ones = reaches_beyond(frame.view, frame.within, survey.low, survey.high);
   frame.moving = params.motion && source.has_velocity();
   frame.counts.blocks = blocks_of_cubes(block);
   CubeCounter counter(frame.counts.blocks * block);
   Checks checks(source);
   const bool counted = team.size() > 1 || static_cast<double>(frame.all) * kBytes >
                                               static_cast<double>(filling.memory);
-  if (counted || frame.moving || !source.attributes().empty())
+  std::int64_t far = 0;
+  if (counted || far_ones || frame.moving || !source.attributes().empty())
     for_each_chunk(source, kChunk, {.velocity = params.motion, .attributes = true},
                    [&](ParticleChunk& chunk) {
                      for (std::size_t i = 0; i < chunk.count; ++i) {
                        if (!is_finite(chunk, i)) continue;
-                       if (counted) counter.add(place_of_particle(frame.view, chunk, i));
+                       const Vec3d at = place_of_particle(frame.view, chunk, i);
+                       if (!frame.within.holds(at)) {
+                         ++far;
+                         continue;
+                       }
+                       if (counted) counter.add(at);
                        checks.look_at(chunk, i);
                      }
                    });
+  const std::vector<std::int64_t> all_far = team.joined<std::int64_t>({far});
+  report_far(std::accumulate(all_far.begin(), all_far.end(), std::int64_t{0}), survey.finite,
+             farthest, params, filling.notices);
   const std::size_t notices_before = filling.notices.all().size();
   checks.report(source, params, filling.notices);
   frame.all_known = filling.notices.all().size() == notices_before;
@@ -235,7 +255,7 @@ PickedParticles pick_to_even_out(const ParticleSource& source, const PartedFrame
                                  const std::vector<SpaceBox>& boxes) {
   std::vector<Particles> kept = room_for(boxes.size(), {});
   std::vector<std::vector<std::size_t>> sent(boxes.size());
-  each_in_boxes(source, {.radius = true, .velocity = frame.moving}, in_world(frame.view, boxes),
+  each_in_boxes(source, {.radius = true, .velocity = frame.moving}, in_world(frame, boxes),
                 where_given,
                 [&](std::size_t box, const ParticleChunk& chunk, std::size_t i, std::size_t k) {
                   add_particle(chunk, i, kept[box]);

@@ -19,6 +19,7 @@ namespace meniscus {
 struct PartedFrame {
   double radius = 0;         // of the particles, world units
   View view;                 // make_world_view()
+  SpaceBox within;           // of its eye space: what lies outside is dropped
   std::int64_t all = 0;      // particles
   bool moving = false;       // whether they carry velocities
   bool all_known = true;     // whether all values that they carry can be used
@@ -28,8 +29,9 @@ struct PartedFrame {
 
 /// Looks at a frame whose blocks of cells have a side of `block` particle radii. Warns of what was
 /// dropped, estimated or cannot be used. All processes of the source's team call this. Throws as
-/// fill_frame().
-PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, double block);
+/// fill_everything(), which says what `farthest` is.
+PartedFrame survey_parts(const Filling& filling, const ParticleSource& source, double block,
+                         double farthest = SpaceBox::kFar);
 
 /// Shares space out: boxes of blocks that fill it, of which none with the particles in `halo`
 /// particle radii around it takes more than `memory` bytes, as far as boxes are not thinner than 64

@@ -41,6 +41,17 @@ struct SpaceBox {
     return std::max({low[0] - at.x, at.x - high[0], low[1] - at.y, at.y - high[1], low[2] - at.z,
                      at.z - high[2]});
   }
+  /// The part of it that lies in another one, too.
+  SpaceBox within(const SpaceBox& other) const {
+    SpaceBox box = *this;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      box.low[axis] = std::max(low[axis], other.low[axis]);
+      box.high[axis] = std::min(high[axis], other.high[axis]);
+    }
+    return box;
+  }
+  /// Points that lie less than `away` from the origin along each axis.
+  static SpaceBox around_origin(double away) { return {{-away, -away, -away}, {away, away, away}}; }
   /// One that holds nothing.
   static SpaceBox nowhere() { return {{kFar, kFar, kFar}, {-kFar, -kFar, -kFar}}; }
 };

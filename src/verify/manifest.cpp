@@ -47,7 +47,7 @@ class Reader {
     const Json root = parsed();
     if (!root.is_object())
       fail(file_, "",
-           "found " + in_quotes(root.dump()) +
+           "found " + in_quotes_of(root) +
                ", wanted {\"kernel\": ..., \"range\": [...], \"arguments\": [...]}");
     check_keys(root, {"kernel", "options", "range", "group", "repeat", "arguments"});
     Program program;
@@ -363,7 +363,7 @@ class Reader {
 
   ProgramArgument read_argument(const Json& object) {
     if (!object.is_object())
-      fail(file_, place_, "found " + in_quotes(object.dump()) + ", wanted {\"type\": ..., ...}");
+      fail(file_, place_, "found " + in_quotes_of(object) + ", wanted {\"type\": ..., ...}");
     check_keys(object, {"name", "type", "count", "values", "fill", "random", "seed", "sequence",
                         "file", "value", "local", "expected", "ulp", "compare"});
     ProgramArgument argument;

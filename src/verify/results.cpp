@@ -282,7 +282,7 @@ VerifyRun run_from_json(const std::string& text, const std::string& name) {
     for (const Json& row : json.at("rows")) {
       const auto index = whole_number<std::size_t>(row.at("index"));
       require(index && *index < run.devices.size(),
-              "\"index\" is " + in_quotes(row.at("index").dump()) + ", must be that of a device");
+              "\"index\" is " + in_quotes_of(row.at("index")) + ", must be that of a device");
       run.devices[*index].rows.push_back(row_of(row));
     }
     run.number_namesakes();

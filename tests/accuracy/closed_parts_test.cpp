@@ -1,7 +1,7 @@
 // Closed meshes that are made part by part have the bytes of those that are made at once.
 #include "methods/closed_parts.hpp"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +10,7 @@
 
 #include "accuracy/particles.hpp"
 #include "device/stage_clock.hpp"
+#include "meniscus/closed.hpp"
 #include "meniscus/device.hpp"
 #include "methods/closed.hpp"
 #include "methods/placed_fluid.hpp"
@@ -144,6 +145,34 @@ TEST(ClosedParts, HaveTheBytesOfTheWholeDam) {
   for (const float x : dam.x) values.push_back(std::sin(3 * x));
   ASSERT_FALSE(dam.vx.empty());
   expect_same_in_parts(dam);
+}
+
+// Which a simulation may throw out of all bounds; of a frame that streams.
+TEST(ClosedParts, LeaveOutAParticleThatLiesTooFar) {
+  Particles block;
+  block.particle_radius = 1;
+  for (int i = 0; i < 66; ++i)
+    for (int j = 0; j < 64; ++j)
+      for (int k = 0; k < 64; ++k) add_position(block, {2.0f * i, 2.0f * j, 2.0f * k});
+  ASSERT_GT(block.size(), static_cast<std::size_t>(kStreamed));
+  Device device;
+  for (const std::size_t memory : {std::size_t{1} << 30, std::size_t{50} << 20}) {
+    ClosedParams closed;
+    closed.cell = 4;
+    closed.memory = memory;
+    Particles with_stray = block;
+    add_position(with_stray, {0, 1e12f, 0});
+    const Surface whole = extract_closed(device, block, closed);
+    const Surface rest = extract_closed(device, with_stray, closed);
+    EXPECT_EQ(rest.mesh.triangle.size(), whole.mesh.triangle.size());
+    EXPECT_THAT(whole.notices, testing::IsEmpty());
+    ASSERT_EQ(rest.notices.size(), 1u);
+    EXPECT_EQ(rest.notices[0].code, Code::too_far);
+    EXPECT_EQ(rest.notices[0].count, 1);
+    Parameters strict;
+    strict.strict = true;
+    EXPECT_THROW(extract_closed(device, with_stray, closed, strict), InputError);
+  }
 }
 
 TEST(ClosedParts, HaveTheBytesOfAViolentScene) {

@@ -283,6 +283,22 @@ TEST(Exr, HeaderSaysWhatItHolds) {
   }
 }
 
+// A projection of an image twice as wide as high, on as many rows as columns.
+TEST(Exr, HeaderSaysHowWidePixelsAre) {
+  const TemporaryFolder folder;
+  const auto ratio_of = [&](double columns) {
+    Camera camera = sample_camera(64, 64);
+    camera.projection = {1, 0, 0, 0, 0, columns, 0, 0, 0, 0, -1.1, -0.2, 0, 0, -1, 0};
+    write_exr(folder / "a.exr", sample_surface(camera), {});
+    return Imf::InputFile((folder / "a.exr").c_str()).header().pixelAspectRatio();
+  };
+  EXPECT_EQ(ratio_of(1), 1);
+  EXPECT_EQ(ratio_of(1.01), 1) << "sides are rounded to pixels";
+  EXPECT_EQ(ratio_of(2), 2);
+  EXPECT_EQ(ratio_of(0.5), 0.5f);
+  EXPECT_EQ(ratio_of(-2), 2) << "upside down";
+}
+
 // The standard matrices as OpenEXR defines them: row vectors; camera space left-handed, +z forward,
 // y up; NDC (0, 0) upper left, (1, 1) lower right.
 void expect_standard_matrices(const Camera& camera) {

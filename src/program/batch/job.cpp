@@ -12,6 +12,7 @@
 #include "io/input_file.hpp"
 #include "io/parts.hpp"
 #include "io/seal.hpp"
+#include "program/batch/outputs.hpp"
 
 namespace meniscus {
 namespace {
@@ -47,13 +48,21 @@ constexpr std::array kOtherJobs{"by another program", "with other parameters",
 
 std::string exactly(double value) { return printed("%a ", value); }
 
-std::string parameters_in_words(const BatchSettings& settings) {
+std::string parameters_in_words(const BatchSettings& settings,
+                                const std::vector<std::string>& outputs) {
+  // How files of a kind are written does not matter where there is none of it.
+  const auto writes = [&](OutputKind kind) {
+    return std::ranges::any_of(outputs,
+                               [kind](const std::string& path) { return kind_of(path) == kind; });
+  };
+  const bool exr = writes(OutputKind::exr), png = writes(OutputKind::png);
   std::string words = describe(settings.parameters);
   for (const double value :
        {settings.particle_radius, settings.parameters.particle_radius, settings.others_radius,
-        static_cast<double>(settings.parameters.motion), settings.frames_per_second,
-        static_cast<double>(settings.writing.compression),
-        static_cast<double>(settings.writing.half), static_cast<double>(settings.writing.preview)})
+        static_cast<double>(settings.parameters.motion), exr ? settings.frames_per_second : 0,
+        exr ? static_cast<double>(settings.writing.compression) : 0,
+        exr ? static_cast<double>(settings.writing.half) : 0,
+        png ? static_cast<double>(settings.writing.preview) : 0})
     words += exactly(value);
   for (const std::string& name : settings.reading.attributes) words += name + '\n';
   if (settings.closed)
@@ -85,7 +94,7 @@ std::string inputs_in_words(const FrameJob& job) {
 std::string job_of(const FrameJob& job, const Camera& camera, const Camera& next_camera,
                    const BatchSettings& settings) {
   std::string digits;  // in the order of kOtherJobs
-  for (const std::string& part : {settings.program, parameters_in_words(settings),
+  for (const std::string& part : {settings.program, parameters_in_words(settings, job.outputs),
                                   cameras_in_words(camera, next_camera), inputs_in_words(job)})
     digits += hex_digits(content_hash(part));
   return digits;

@@ -31,7 +31,7 @@ struct BadLine {
 };
 
 [[noreturn]] void wanted(const std::string& key, const Json& found, const char* what) {
-  throw BadLine{"\"" + key + "\" is " + in_quotes(found.dump()) + ", wanted " + what};
+  throw BadLine{"\"" + key + "\" is " + in_quotes_of(found) + ", wanted " + what};
 }
 
 void take(const std::string& key, const Json& value, std::string& text) {
@@ -93,11 +93,14 @@ void for_each_entry(Record& r, const Visit& visit) {
   visit("status", r.status);
   visit("input", r.input);
   visit("outputs", r.outputs);
+  visit("version", r.version);
   visit("method", r.method);
   visit("device", r.device);
   visit("host", r.host);
   visit("shard", r.shard);
   visit("again", r.again);
+  visit("size", r.size);
+  visit("radius", r.radius);
   visit("start", r.start);
   visit("end", r.end);
   visit("read_ms", r.read_ms);
@@ -171,7 +174,12 @@ std::string to_json(const FrameRecord& record) {
   Json root = Json::object();
   for_each_entry(record, [&](const char* key, const auto& value) { root[key] = json_of(value); });
   if (record.status != FrameStatus::failed) root.erase("error");
-  if (record.again.empty()) root.erase("again");
+  for (const char* text : {"version", "size", "again"})
+    if (root[text] == "") root.erase(text);
+  if (record.radius == 0)
+    root.erase("radius");
+  else
+    root["radius"] = record.radius;  // all digits: units may be of any size
   if (!record.velocities) root.erase("velocities");
   if (record.disorder == 0) root.erase("disorder");
   return root.dump(-1, ' ', false, Json::error_handler_t::replace);

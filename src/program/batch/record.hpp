@@ -21,7 +21,10 @@ struct FrameRecord {
   FrameStatus status = FrameStatus::done;
   std::string input;
   std::vector<std::string> outputs;
+  std::string version;  // of Meniscus
   std::string method, device, host;
+  std::string size;   // of the image, pixels: "1024x768"; empty: without a camera
+  double radius = 0;  // of the particles, world units
   std::string shard;  // "1/2"; empty: all frames
   std::string again;  // what was wrong with outputs that were there; empty: nothing, or none were
   double start = 0;   // seconds since 1970

@@ -125,7 +125,8 @@ std::string introduction(const BatchReport& report) {
     first = first > 0 ? std::min(first, r.start) : r.start;
     last = std::max(last, r.end);
   }
-  std::string text = "Meniscus " + escaped(version());
+  const std::string by = all_of(report, &FrameRecord::version);
+  std::string text = "Meniscus " + escaped(by.empty() ? version() : by);
   if (!numbers.empty()) text += ": frames <strong>" + frame_list(numbers) + "</strong>";
   const std::string method = all_of(report, &FrameRecord::method);
   if (!method.empty()) text += " by <strong>" + escaped(method) + "</strong>" + places(report);
@@ -191,16 +192,21 @@ std::string row(const std::string& frames, const char* chip, const char* word,
 
 std::string troubles(const BatchReport& report) {
   std::string rows;
-  std::size_t failures = 0;
-  for (const FrameHistory& f : report.frames) {
-    if (f.last.status != FrameStatus::failed || ++failures > kMostFailures) continue;
-    const std::string again =
-        f.attempts > 1 ? " (" + std::to_string(f.attempts) + " attempts)" : "";
-    rows += row(std::to_string(f.last.frame), "failed", "failed", f.last.error + again);
-  }
-  if (failures > kMostFailures)
+  FrameWarnings failures;
+  for (const FrameHistory& f : report.frames)
+    if (f.last.status == FrameStatus::failed)
+      failures.add(
+          f.last.frame,
+          f.last.error + (f.attempts > 1 ? " (" + std::to_string(f.attempts) + " attempts)" : ""));
+  std::size_t told = 0, left_out = 0;
+  for (const FrameWarning& failure : failures.kinds())
+    if (told++ < kMostFailures)
+      rows += row(frame_list(failure.frames), "failed", "failed", failure.message());
+    else
+      left_out += failure.frames.size();
+  if (left_out > 0)
     rows += row("", "failed", "failed",
-                "and " + counted(failures - kMostFailures, "frame") + " more: see the last table");
+                "and " + counted(left_out, "frame") + " more: see the last table");
   if (!report.missing.empty())
     rows +=
         row(frame_list(report.missing), "failed", "missing", "not begun, or in none of the logs");
@@ -225,7 +231,7 @@ std::string curves(const BatchReport& report) {
     FrameValue value;
   };
   std::vector<Curve> all;
-  for (const char* name : {"particles", "visible", "groups", "fits"})
+  for (const char* name : {"particles", "visible", "groups", "fits", "mesh triangles"})
     all.push_back({name, name, [name](const FrameRecord& r) { return count_of(r, name); }});
   all.push_back({"residual", "particle radii", [](const FrameRecord& r) { return r.residual; }});
   std::string text;
@@ -367,7 +373,8 @@ std::string workers(const BatchReport& report) {
 
 std::string all_frames(const BatchReport& report) {
   std::vector<const char*> names;  // of the counts that some frame has
-  for (const char* name : {"particles", "visible", "groups", "fits", "triangles", "pixels"})
+  for (const char* name :
+       {"particles", "visible", "groups", "fits", "triangles", "pixels", "mesh triangles"})
     if (std::any_of(report.frames.begin(), report.frames.end(),
                     [&](const FrameHistory& f) { return count_of(f.last, name).has_value(); }))
       names.push_back(name);

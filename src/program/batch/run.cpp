@@ -135,6 +135,7 @@ class Batch {
       record.frame = frame->job->frame;
       record.input = frame->job->input;
       record.outputs = frame->job->outputs;
+      record.version = version();
       record.method = to_string(settings_.parameters.method);
       record.host = settings_.host;
       record.shard = settings_.shard;
@@ -219,6 +220,14 @@ class Batch {
       sum->second += stage.host_ms;
     }
     record.counts = named(frame.surface.counts);
+    const Mesh& mesh = frame.surface.mesh;
+    if (settings_.parameters.mesh || settings_.closed) {
+      record.counts.emplace_back("mesh vertices", mesh.position.size());
+      record.counts.emplace_back("mesh triangles", mesh.triangle.size());
+    }
+    if (!settings_.closed)
+      record.size = std::to_string(frame.camera.width) + "x" + std::to_string(frame.camera.height);
+    record.radius = frame.surface.particle_radius;
     for (const Notice& notice : frame.surface.notices) record.warnings.push_back(words_of(notice));
     record.residual = mean_residual(frame.surface);
     record.disorder = frame.surface.disorder;

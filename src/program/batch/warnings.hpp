@@ -1,4 +1,4 @@
-// What the frames of a batch warn of, each kind of it once.
+// What the frames of a batch warn of, or fail with, each kind of it once.
 #pragma once
 
 #include <cstdint>

@@ -9,6 +9,7 @@
 #include "io/input_file.hpp"
 #include "io/parts.hpp"
 #include "io/rows.hpp"
+#include "meniscus/camera.hpp"
 #include "program/batch/outputs.hpp"
 
 namespace meniscus::cli {
@@ -78,16 +79,20 @@ std::vector<std::string> without_effect(const CLI::App& command, const ExtractOp
 }
 
 std::vector<std::string> warnings_of(const Camera& camera, const std::string& origin) {
+  std::vector<std::string> warnings;
   const auto& p = camera.projection;
-  const double across = std::hypot(p[0], p[1]) * camera.width,
-               down = std::hypot(p[4], p[5]) * camera.height;
-  constexpr double kSquare = 0.02;
-  if (!(across > 0 && down > 0) || std::abs(across / down - 1) < kSquare) return {};
-  return {
-      printed("%s: the projection is of an image %.3g times as wide as high, but width and "
-              "height are %d and %d: pixels are not square",
-              origin.c_str(), std::hypot(p[4], p[5]) / std::hypot(p[0], p[1]), camera.width,
-              camera.height)};
+  if (pixel_aspect_ratio(camera) != 1)
+    warnings.push_back(
+        printed("%s: the projection is of an image %.3g times as wide as high, but width and "
+                "height are %d and %d: pixels are not square",
+                origin.c_str(), std::hypot(p[4], p[5]) / std::hypot(p[0], p[1]), camera.width,
+                camera.height));
+  if (p[0] * p[5] - p[1] * p[4] < 0)
+    warnings.push_back(origin + ": the projection mirrors the image" +
+                       (p[5] < 0
+                            ? ": it is upside down (a projection for Vulkan? negate its second row)"
+                            : " (negate the first row of the projection if it should not)"));
+  return warnings;
 }
 
 std::vector<std::string> warnings_of_input(const std::string& input) {

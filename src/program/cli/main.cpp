@@ -129,6 +129,11 @@ std::string misuse(const CLI::App& program, const std::vector<std::string>& type
     return words + ", e.g. -o surface." + (name == "mesh" ? "ply (" : "png (") + see;
   if (name == "report" && words.ends_with(" is required"))
     return words + ", e.g. meniscus report dam.jsonl -o report.html (" + see;
+  if (name == "generate" && words.find("--from") != std::string::npos)
+    return words +
+           ", e.g. meniscus generate --whitewater foam --from water.ply --particles 1e6 "
+           "-o foam.ply (" +
+           see;
   if (name == "generate" && words.ends_with(" is required"))
     return words + ", e.g. meniscus generate --particles 1e5 -o dam.ply (" + see;
   if (words.ends_with(')')) return words.substr(0, words.size() - 1) + "; " + see;

@@ -63,7 +63,7 @@ FrameDevice::FrameDevice(const ExtractOptions& options, ProgramsOf& programs_of,
 void check_one_frame(const ExtractOptions& options) {
   std::error_code ignored;
   if (options.input.find('*') == std::string::npos && !fs::exists(options.input, ignored)) {
-    const bool is_glob = options.input.find_first_of("?[{") != std::string::npos;
+    const bool is_glob = options.input.find_first_of("?[{@<") != std::string::npos;
     const std::string meant = is_glob ? "" : meant_by(options.input);
     throw InputError(options.input +
                      (options.input == "-" ? ": standard input is not read, wanted a file or folder"

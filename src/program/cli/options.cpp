@@ -12,6 +12,7 @@
 #include "base/parallel.hpp"
 #include "base/printed.hpp"
 #include "io/input_file.hpp"
+#include "meniscus/camera.hpp"
 #include "program/batch/outputs.hpp"
 #include "program/cli/terminal.hpp"
 #include "program/cli/unknown_word.hpp"
@@ -25,9 +26,12 @@ std::array<int, 2> parse_size(const std::string& text) {
   const auto [x, width_error] = std::from_chars(text.data(), end, size[0]);
   if (width_error == std::errc() && x != end && *x == 'x') {
     const auto [rest, height_error] = std::from_chars(x + 1, end, size[1]);
-    if (height_error == std::errc() && rest == end && size[0] >= 1 && size[1] >= 1) return size;
+    if (height_error == std::errc() && rest == end && std::ranges::min(size) >= 1 &&
+        std::ranges::max(size) <= kLargestSide)
+      return size;
   }
-  throw usage_error("--size is " + text + ", must be WIDTHxHEIGHT in pixels, e.g. 1024x768");
+  throw usage_error("--size is " + text + ", must be WIDTHxHEIGHT, each 1 to " +
+                    std::to_string(kLargestSide) + " pixels, e.g. 1024x768");
 }
 
 double parse_share(const std::string& text) {

@@ -198,7 +198,8 @@ int conclude(const BatchOutcome& outcome, std::size_t frames, int signal,
   const std::string go_on = "; the same command with --resume goes on";
   if (!outcome.broken.empty())
     throw OutputError(outcome.broken + "; " + std::to_string(outcome.done + outcome.skipped) +
-                      " of " + std::to_string(frames) + " frames are done" + go_on);
+                      " of " + counted(frames, "frame") +
+                      (outcome.done + outcome.skipped == 1 ? " is done" : " are done") + go_on);
   if (signal != 0) {
     print_line(stderr, printed("meniscus: error: stopped by signal %d with %zu of %s left%s",
                                signal, left, counted(frames, "frame").c_str(), go_on.c_str()));
@@ -226,27 +227,29 @@ int run_part(ExtractOptions options, const FramePattern& input, const Team& team
   options.quiet |= !team.leads();
   options.log = log_of(options.log, team.rank());
   const Talk say(options.quiet);
-  const auto [whole, shard_origin] = choose_shard(options);
-  const Shard shard = part_of(whole, team.rank(), team.size());
+  const ShardChoice chosen = choose_shard(options);
+  const Shard shard = part_of(chosen.shard, team.rank(), team.size());
   std::unique_ptr<CameraTrack> cameras = given_cameras(options);
   const Plan plan = as_usage([&] {
     return plan_sequence(
         {input, options.outputs, options.frames, options.skip_missing, shard, options.whitewater},
         cameras.get());
   });
-  if (team.leads())
+  if (team.leads()) {
+    if (!chosen.warning.empty()) warn(chosen.warning);
     for (const std::string& warning : plan.warnings) warn(warning);
+  }
   prepare_folders(plan, cameras.get(), options);
   say("frames", input.text() + ": " + (plan.jobs.empty() ? "none" : named_frames(plan.frames())));
   if (shard.count > 1)
     say("shard", std::to_string(shard.index) + " of " + std::to_string(shard.count) + " of " +
                      std::to_string(plan.all_shards) + " frames, " +
-                     (team.size() > 1 ? "one of the processes" : shard_origin));
+                     (team.size() > 1 ? "one of the processes" : chosen.origin));
   if (plan.jobs.empty()) return 0;
   const bool framed = !cameras && !options.eye;
   if (cameras && !options.closed && team.leads()) warn_of_cameras(plan, *cameras, options);
   BatchSettings settings = settings_of(options, shard, say);
-  const bool is_whole = whole.count == 1 && options.frames.empty();
+  const bool is_whole = chosen.shard.count == 1 && options.frames.empty();
   cameras =
       settle_for_all(plan, options, std::move(cameras), is_whole || !team.leads(), settings, say);
   fit_into_memory(settings, plan, *cameras);

@@ -26,16 +26,26 @@ ShardChoice choose_shard(const ExtractOptions& options) {
                       " of a Slurm array: give --shard 1/1 if these frames are this task's own, or "
                       "--shard slurm to split them among the tasks of the array");
   const char* const first = std::getenv("SLURM_ARRAY_TASK_MIN");
+  const char* const last = std::getenv("SLURM_ARRAY_TASK_MAX");
   const char* const step = std::getenv("SLURM_ARRAY_TASK_STEP");
   const auto number = [](const char* text, long otherwise) {
     return text ? std::strtol(text, nullptr, 10) : otherwise;
   };
-  const long place = (number(id, 0) - number(first, 0)) / std::max(1l, number(step, 1)) + 1;
-  if (place > number(count, 0))
+  const auto place_of = [&](const char* task) {
+    return (number(task, 0) - number(first, 0)) / std::max(1l, number(step, 1)) + 1;
+  };
+  const long place = place_of(id), tasks = number(count, 0);
+  if (place_of(last ? last : id) > tasks)
     throw usage_error("SLURM_ARRAY_TASK_ID is " + std::string(id) + " of an array of " + count +
                       " tasks that has gaps, which says nothing about parts (give --shard k/N)");
-  return {as_usage([&] { return parse_shard(std::to_string(place) + "/" + count); }),
-          "from SLURM_ARRAY_TASK_ID (--shard 1/1 for all)"};
+  ShardChoice choice{as_usage([&] { return parse_shard(std::to_string(place) + "/" + count); }),
+                     "from SLURM_ARRAY_TASK_ID (--shard 1/1 for all)",
+                     {}};
+  if (!from_slurm && tasks == 1 && number(id, 0) > 1)  // one of an earlier array again?
+    choice.warning = std::string("task ") + id +
+                     " is the only one of its Slurm array and does all frames (for one part of N "
+                     "give --shard k/N, for all --shard slurm)";
+  return choice;
 }
 
 Shard part_of(const Shard& shard, int rank, int size) {

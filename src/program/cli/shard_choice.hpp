@@ -10,7 +10,8 @@ namespace meniscus::cli {
 
 struct ShardChoice {
   Shard shard;
-  std::string origin;  // in words
+  std::string origin;   // in words
+  std::string warning;  // empty: none
 };
 
 /// The one of --shard, else the task of a Slurm array, else all frames. Throws usage_error.

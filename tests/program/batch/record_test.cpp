@@ -31,7 +31,10 @@ FrameRecord full_record() {
   r.status = FrameStatus::failed;
   r.input = "a \"b\"\\\n<c>.ply";
   r.outputs = {"Größe.exr", "b.png"};
+  r.version = "1.2.3";
   r.method = "fit";
+  r.size = "1024x768";
+  r.radius = 1.2345678901e-9;
   r.device = "cpu";
   r.host = "node1";
   r.shard = "1/2";
@@ -84,11 +87,12 @@ TEST(Record, IsOneLineOfJsonWithTheKeysOfTheDocumentation) {
   EXPECT_EQ(json["error"], full_record().error);
   std::vector<std::string> keys;
   for (const auto& [key, value] : json.items()) keys.push_back(key);
-  EXPECT_THAT(keys, testing::UnorderedElementsAre(
-                        "frame", "status", "input", "outputs", "method", "device", "host", "shard",
-                        "start", "end", "read_ms", "extract_ms", "write_ms", "stages", "counts",
-                        "residual", "disorder", "hash", "bytes", "warnings", "error"));
-  for (const char* key : {"error", "disorder"})
+  EXPECT_THAT(
+      keys, testing::UnorderedElementsAre(
+                "frame", "status", "input", "outputs", "version", "method", "size", "radius",
+                "device", "host", "shard", "start", "end", "read_ms", "extract_ms", "write_ms",
+                "stages", "counts", "residual", "disorder", "hash", "bytes", "warnings", "error"));
+  for (const char* key : {"error", "disorder", "version", "size", "radius"})
     EXPECT_FALSE(nlohmann::json::parse(to_json(FrameRecord{})).contains(key));
 }
 

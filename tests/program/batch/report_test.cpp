@@ -4,6 +4,7 @@
 
 #include <regex>
 
+#include "meniscus/meniscus.hpp"
 #include "program/page/tags.hpp"
 
 namespace meniscus {
@@ -134,6 +135,30 @@ TEST(BatchPage, IsWholeAndNeedsNothingElse) {
     EXPECT_THAT(page, HasSubstr(part));
 }
 
+TEST(BatchPage, FailuresThatDifferInTheirNumbersShareARow) {
+  std::vector<FrameRecord> all = records(20);
+  for (std::size_t k = 4; k < 14; ++k) {
+    all[k] = record(all[k].frame, FrameStatus::failed);
+    all[k].error = "dam." + std::to_string(k + 1) + ".ply: is empty (0 bytes)";
+  }
+  all[17] = record(18, FrameStatus::failed);
+  all[17].error = "dam.18.ply: is no PLY";
+  const std::string page = to_html(merge_records(all));
+  EXPECT_THAT(page, HasSubstr("<td>5-14</td>"));
+  EXPECT_THAT(page, HasSubstr("dam.5.ply: is empty (0 bytes) (the first; the others differ"));
+  EXPECT_THAT(page, Not(HasSubstr("dam.6.ply")));
+  EXPECT_THAT(page, HasSubstr("dam.18.ply: is no PLY</td>"));
+}
+
+// What made the frames, whatever program makes the page.
+TEST(BatchPage, NamesTheVersionsThatMadeTheFrames) {
+  std::vector<FrameRecord> all = records(2);
+  EXPECT_THAT(to_html(merge_records(all)), HasSubstr("Meniscus " + version()));
+  all[0].version = "0.1.2";
+  all[1].version = "0.1.3";
+  EXPECT_THAT(to_html(merge_records(all)), HasSubstr("Meniscus 0.1.2, 0.1.3: frames"));
+}
+
 TEST(BatchPage, EscapesEveryTextOfARecord) {
   const std::string evil = "<script>alert(\"&\")</script>";
   FrameRecord good = record(1), bad = record(2, FrameStatus::failed);
@@ -208,7 +233,9 @@ TEST(BatchPage, ThousandsOfFramesStayASmallPage) {
   std::vector<FrameRecord> all = records(5000);
   for (std::size_t k = 0; k < all.size(); k += 7) {
     all[k] = record(all[k].frame, FrameStatus::failed);
-    all[k].error = "/a/rather/long/path/to/a/frame/of/particles.ply: is empty (0 bytes)";
+    std::string word;  // so that no two are of one kind
+    for (std::size_t rest = k; rest > 0; rest /= 26) word += static_cast<char>('a' + rest % 26);
+    all[k].error = "/a/rather/long/path/to/a/frame/of/" + word + ".ply: is empty (0 bytes)";
   }
   const std::string page = to_html(merge_records(all));
   EXPECT_LT(page.size(), 3'000'000u);

@@ -16,6 +16,7 @@ namespace fs = std::filesystem;
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 std::string camera_json(const std::string& view_00, const std::string& projection_00) {
   return R"({"width": 64, "height": 48, "view": [[)" + view_00 +
@@ -150,6 +151,25 @@ INSTANTIATE_TEST_SUITE_P(All, ProgramBadCamera,
                                          BadCamera{"NanProjection", camera_json("1", "NaN")},
                                          BadCamera{"WordInMatrix", camera_json("\"one\"", "2")}),
                          [](const auto& info) { return std::string(info.param.name); });
+
+// A picture can be made, but is hardly what was meant.
+TEST_F(ProgramBadInput, OddProjectionsAreWarnedOf) {
+  write_particles("in.ply", block(3));
+  const auto told = [&](const std::string& json) {
+    write("c.json", json);
+    return run_well({"extract", "in.ply", "-o", "a.png", "--camera", "c.json"}).err;
+  };
+  EXPECT_THAT(told(camera_json("1", "1.5")), Not(HasSubstr("warning")));
+  EXPECT_THAT(told(camera_json("1", "2")), HasSubstr("c.json: the projection is of an image 1 "
+                                                     "times as wide as high"));
+  EXPECT_THAT(told(camera_json("1", "-1.5")),
+              HasSubstr("c.json: the projection mirrors the image (negate the first row"));
+  std::string vulkan = camera_json("1", "1.5");
+  vulkan.replace(vulkan.find("[0,2,0,0]"), 9, "[0,-2,0,0]");
+  EXPECT_THAT(told(vulkan), HasSubstr("the projection mirrors the image: it is upside down"));
+  vulkan.replace(vulkan.find("\"width\": 64"), 11, "\"width\": 64.0");
+  EXPECT_THAT(told(vulkan), HasSubstr("upside down"));
+}
 
 // A proxy of half the size, with the camera's file as it is.
 TEST_F(ProgramBadInput, SizeWithACameraFileIsAShareOfIts) {

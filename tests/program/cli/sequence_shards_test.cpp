@@ -11,6 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 TEST_F(Sequence, ShardsTogetherAreTheWhole) {
   write_sequence(5);
@@ -28,6 +29,31 @@ TEST_F(Sequence, ShardsTogetherAreTheWhole) {
   sparse.environment[0].second = "9";
   expect_error(run(words(), sparse), 2, {"SLURM_ARRAY_TASK_ID is 9", "gaps", "--shard k/N"});
   EXPECT_EQ(outputs(), whole);
+}
+
+// --array=1,3 has two tasks; to the first of them it looks like --array=1,2 but for the maximum.
+TEST_F(Sequence, EachTaskOfAnArrayWithGapsIsRefused) {
+  write_sequence(2);
+  for (const char* id : {"1", "3"})
+    expect_error(run(words(), {{{"SLURM_ARRAY_TASK_ID", id},
+                                {"SLURM_ARRAY_TASK_COUNT", "2"},
+                                {"SLURM_ARRAY_TASK_MIN", "1"},
+                                {"SLURM_ARRAY_TASK_MAX", "3"}}}),
+                 2, {std::string("SLURM_ARRAY_TASK_ID is ") + id, "gaps"});
+  EXPECT_THAT(outputs(), IsEmpty());
+}
+
+TEST_F(Sequence, ALaterTaskOnItsOwnWarnsThatItDoesAllFrames) {
+  write_sequence(3);
+  Conditions alone{{{"SLURM_ARRAY_TASK_ID", "2"},
+                    {"SLURM_ARRAY_TASK_COUNT", "1"},
+                    {"SLURM_ARRAY_TASK_MIN", "2"},
+                    {"SLURM_ARRAY_TASK_MAX", "2"}}};
+  EXPECT_THAT(run_well(words(), alone).err,
+              HasSubstr("warning: task 2 is the only one of its Slurm array and does all frames"));
+  EXPECT_THAT(run_well(words({"--shard", "slurm"}), alone).err, Not(HasSubstr("warning")));
+  alone.environment[0].second = alone.environment[2].second = alone.environment[3].second = "1";
+  EXPECT_THAT(run_well(words(), alone).err, Not(HasSubstr("warning")));
 }
 
 TEST_F(Sequence, FramesInATaskOfAnArrayAreSplitOnlyWhereThatIsSaid) {
