@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Tries submit.sh on this machine as a Slurm cluster of two nodes, one of which dies on the way.
-#   scripts/slurm/test.sh PROGRAM FRAME.ply... [FRAMES=160]
+#   scripts/slurm/test.sh PROGRAM FRAME.ply... [FRAMES=320]
 # The frames are taken again and again until there are FRAMES: the tasks must outlive the ten seconds
 # after which the dead node's are requeued. What ran on it goes on for a while as an orphan.
 # Needs slurm-wlm and munge (Debian 12) and root, no systemd; nothing stays behind. Every frame must
@@ -9,7 +9,7 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 program=$(realpath "$1")
 shift
-frames=160 inputs=()
+frames=320 inputs=()
 for word in "$@"; do
   [[ $word == FRAMES=* ]] && frames=${word#FRAMES=} || inputs+=("$(realpath "$word")")
 done
