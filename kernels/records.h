@@ -11,10 +11,39 @@
 enum {
   TILE = 16,  // samples are taken in tiles of TILE x TILE (samples.cl),
   BIN = 8,    // and drawn in bins of BIN x BIN (bins.cl)
-  FIT = 16,   // floats of a fit's record (hits.cl)
+  DISC_SHARES = 8,  // work-items that share a disc on GPUs (minima.cl)
+  CHOICE_ROWS = 8,  // rows of samples whose fits are chosen together (choose_groups.cl)
+  BLOCK_ROWS = 8,   // rows of a block of samples, and
+  BLOCK_RUN = 8,    // blocks that a work-item takes, but on GPUs (specks.cl)
+  FIT_BATCH = 16,   // lanes whose neighbours lie one beside the other (neighbours.cl)
   // Set in the group of a sample that was interpolated: its group is the one of a corner, until
   // choose_groups.cl has looked at those around. All bits are set in -1, no group.
   OF_CORNER = 1 << 30
+};
+
+// A fit's record in the blend (hits.cl): FIT floats, which fill a line of most caches. The quadric around
+// its foot comes first (fit.cl). Foot and reach are four floats in an array of their own.
+enum {
+  FIT_NARROWNESS = 10,  // one over the reach squared, 1 / particle radii^2
+  FIT_WEIGHT,           // in the blend; 0: no ray meets it
+  FIT_DOUBT,            // one over the trust that is part of the weights (trust.hpp)
+  FIT_END_WEIGHT,       // the weight where the fluid ends (hidden.cl)
+  FIT_FIRMNESS,         // over the e in the weights
+  FIT_ROUND,            // how round it is, 0 between two sheets to ROUNDEST around a bend
+  FIT
+};
+#define ROUNDEST 0.9f
+
+// Rows of what is measured of fits (edges.cl).
+enum {
+  EDGE_ROW,        // e
+  FIRMNESS_ROW,
+  SPREAD_ROW,      // particle radii
+  SUPPORTERS_ROW,  // number of neighbours, each by its u
+  NORMAL_ROW,      // three
+  SUPPORT_ROW = NORMAL_ROW + 3,  // particle radii
+  ROUNDNESS_ROW,
+  FIT_ROWS
 };
 
 // What is drawn of discs: the nearest fronts, those behind a map (behind.cl), or all (visible.cl).
@@ -32,6 +61,11 @@ enum { NEARER = 0, NEARER_UNLESS = 1 };
 // Faces that rays meet at no more than this cosine are steep. Those beside a sample may lie too far along
 // the ray to be met near it; they are evaluated at the sample itself (hidden.cl).
 #define STEEP 0.5f
+
+// Particles count in the density (field.cl), and in motion (motion.cl), within this distance, particle
+// radii. No cell has a smaller side.
+#define DENSITY_SUPPORT 4.0f
+#define MOTION_SUPPORT 4.0f
 
 // Neighbours weigh in a fit within this share of its support (neighbours.cl).
 #define FIT_REACH 0.85f

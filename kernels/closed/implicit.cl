@@ -114,7 +114,7 @@ inline void add_fields(const Cells cells, global const float* weight, const int*
     const float w = weight[p];
     const floatv dx = x - cells.x[p], dy = y - cells.y[p], dz = z - cells.z[p];
     const floatv v = larger(
-        fma(-dx, dx, fma(-dy, dy, fma(-dz, dz, (floatv)(SUPPORT * SUPPORT)))), (floatv)(0.0f));
+        fma(-dx, dx, fma(-dy, dy, fma(-dz, dz, (floatv)(DENSITY_SUPPORT * DENSITY_SUPPORT)))), (floatv)(0.0f));
     const floatv vv = v * v;
     const floatv share =
         fma(fma(fma((floatv)(W3), v, (floatv)(W2)), v, (floatv)(W1)), v, (floatv)(W0));
@@ -143,8 +143,8 @@ inline FitValue evaluate_fit(global const float* g, const float fx, const float 
   n.x = x - fx;
   n.y = y - fy;
   n.z = z - fz;
-  const floatv near = larger(1.0f - square_of(n.x, n.y, n.z) * g[10], (floatv)(0.0f));
-  n.steep = near * near * g[11];
+  const floatv near = larger(1.0f - square_of(n.x, n.y, n.z) * g[FIT_NARROWNESS], (floatv)(0.0f));
+  n.steep = near * near * g[FIT_WEIGHT];
   n.weight = n.steep * near;
   floatv gx, gy, gz;
   gradient_at(g, n.x, n.y, n.z, &gx, &gy, &gz);
@@ -161,7 +161,7 @@ inline FitValue evaluate_fit(global const float* g, const float fx, const float 
 
 // What of a weight's own gradient goes into the gradient of F: less than in views (pull_of), because
 // nothing evens it out afterwards.
-inline float solid_pull_of(global const float* fit) { return 6.0f * fit[10] * (fit[15] - 0.5f); }
+inline float solid_pull_of(global const float* fit) { return 6.0f * fit[FIT_NARROWNESS] * (fit[FIT_ROUND] - 0.5f); }
 
 inline void add_near(Sums* s, const FitValue* n, const float pull, const float fx, const float fy,
                      const float fz, const floatv share) {
@@ -295,8 +295,8 @@ inline void evaluate_fits(const FitCells of, const floatv x, const floatv y, con
       a.y = SELECT(a.y, n.gy, better);
       a.z = SELECT(a.z, n.gz, better);
       all += n.weight;
-      trust = fma(n.weight, (floatv)(g[12]), trust);
-      firm = fma(n.weight, (floatv)(g[14]), firm);
+      trust = fma(n.weight, (floatv)(g[FIT_DOUBT]), trust);
+      firm = fma(n.weight, (floatv)(g[FIT_FIRMNESS]), firm);
     }
   result->level.f = result->level.x = result->level.y = result->level.z = none;
   result->trust = result->edge = none;
@@ -378,7 +378,7 @@ inline void implicit_at(const Cells cells, global const float* weight, const Fit
   const floatv none = (floatv)(0.0f);
   const float2 limits = (float2)(of.contour, of.level), sheets = (float2)(of.same_low, of.same_high);
   int item[LISTED + 2 * WIDTH], count;
-  Search search = search_of(cells, box_of(x, y, z, wanted), SUPPORT);
+  Search search = search_of(cells, box_of(x, y, z, wanted), DENSITY_SUPPORT);
   Fields sum = {none, none, none, none, none};
   const int alone = fits.reach < 0.0f;  // as ImplicitFunction::alone
   while ((count = list_more(&search, cells, item)) > 0)

@@ -12,7 +12,6 @@
 //
 // uses: cells.cl
 
-#define SUPPORT 4.0f  // particle radii; the side of a cell is at least that
 #define FAR 3.0f      // particle radii
 #define APART 2.0f    // points this near another one search with it, particle radii
 
@@ -24,7 +23,7 @@
 #endif
 
 typedef struct {
-  Cells cells;                   // of a side of SUPPORT or more
+  Cells cells;                   // of a side of MOTION_SUPPORT or more
   global const float* velocity;  // [3][n] world units per second
   int n;
 } Moving;
@@ -52,7 +51,7 @@ inline void add_found(const Moving all, const int* found, const int count, Point
       const int p = found[k];
       const floatv dx = x - all.cells.x[p], dy = y - all.cells.y[p], dz = z - all.cells.z[p];
       const floatv inner =
-          larger(1.0f - (dx * dx + dy * dy + dz * dz) * (1.0f / (SUPPORT * SUPPORT)), none);
+          larger(1.0f - (dx * dx + dy * dy + dz * dz) * (1.0f / (MOTION_SUPPORT * MOTION_SUPPORT)), none);
       const floatv w = (inner * inner) * (inner * inner);
       near = larger(near, inner);
       weight += w;
@@ -102,7 +101,7 @@ inline void sum_around(const Moving all, const int first, Points* points) {
   // All that is within reach of their middle.
   const float mx = 0.5f * (x0 + x1), my = 0.5f * (y0 + y1), mz = 0.5f * (z0 + z1);
   const float wide = sqrt((x1 - mx) * (x1 - mx) + (y1 - my) * (y1 - my) + (z1 - mz) * (z1 - mz));
-  const float reach = SUPPORT + wide + 0.01f;  // with room for rounding
+  const float reach = MOTION_SUPPORT + wide + 0.01f;  // with room for rounding
   const float squared = reach * reach, c = all.cells.inverse_cell, side = 1.0f / c;
   const int j0 = cell_of(my - reach, c), j1 = cell_of(my + reach, c);
   const int k0 = cell_of(mz - reach, c), k1 = cell_of(mz + reach, c);
@@ -146,7 +145,7 @@ inline void find_motion(const Moving all, Points* points) {
     sum_around(all, first, points);
     for (int r = 0; r < COUNT; r += WIDTH) {
       const intv here = LOADI(points->here + r) != 0;
-      const intv met = LOADF(points->near + r) >= 1.0f - FAR * FAR / (SUPPORT * SUPPORT);
+      const intv met = LOADF(points->near + r) >= 1.0f - FAR * FAR / (MOTION_SUPPORT * MOTION_SUPPORT);
       const floatv share = one / SELECT(one, LOADF(points->weight + r), met);
       const floatv x = SELECT(nothing, LOADF(points->vx + r) * share, met);
       const floatv y = SELECT(nothing, LOADF(points->vy + r) * share, met);

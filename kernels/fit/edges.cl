@@ -22,14 +22,14 @@ INLINED void sum_surroundings(Surroundings* found, const Particles* own, const f
   Point point[CHUNK];
   for (int from = 0; from < count; from += CHUNK) {
     const int points = min(CHUNK, count - from);
-    gather_points(place, normal, neighbour + BATCH * from, points, point);
+    gather_points(place, normal, neighbour + FIT_BATCH * from, points, point);
     for (int k = 0; k < points; ++k) {
       const Point p = point[k];
       const floatv x = p.x - own->x, y = p.y - own->y, z = p.z - own->z;
       const floatv squared = x * x + y * y + z * z, l = sqrt(squared);
       const floatv same = own->nx * p.dx + own->ny * p.dy + own->nz * p.dz;
       const floatv f = evaluate(c, x, y, z), apart = clamp(f, -2.0f, 2.0f);
-      add_distance(f, LOADF(kept + BATCH * (from + k)), inverse_tau, &s.distances, &s.total);
+      add_distance(f, LOADF(kept + FIT_BATCH * (from + k)), inverse_tau, &s.distances, &s.total);
       const floatv w = p.w * parabola(squared * (inverse_rho * inverse_rho)) *
                        exp_negative(falloff * smaller(same - 1.0f, none));
       s.weight += w;
@@ -80,7 +80,7 @@ inline void put_places(const Particles own, const floatv foot, const floatv deep
   scatter_float(fma(deep, own.nz, own.z), field_place + 5 * fits, at, used);
 }
 
-// How far a fit can be relied on, and the normal of its particle, nine rows:
+// How far a fit can be relied on, and the normal of its particle, in the rows of records.h:
 // - e, how far its surroundings are one sheet: with q = u_j W(l / reach), W Wendland's function, the
 //   share of the particles elsewhere whose normals agree,
 //     e = max(0.005, smoothstep(0.3, 0.9, (c + sum of q smoothstep(0.72, 0.95, a_ij)) /
@@ -117,7 +117,7 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   if (lane >= lanes) return;
   const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
   const Particles own = load_particles(place, normal, particle + lane);
-  const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
+  const int begin = first[lane / FIT_BATCH] + lane % FIT_BATCH, count = length[lane / FIT_BATCH];
   const floatv roundness = LOADF(support + lanes + lane);
   const floatv inverse_tau = 1.0f / tau_of(roundness, by.model);
   floatv c[10];
@@ -133,15 +133,15 @@ kernel void measure_edges(global const float4* place, global const float4* norma
   judge_edge(&found, own.u, roundness, spread, off, inverse_tau, &edge, &firmness);
   const floatv counts = by.groups ? LOADF(influence + lane) : one;
   firmness *= counts;
-  STOREF(counts * edge, rows + lane);
-  STOREF(firmness, rows + lanes + lane);
-  STOREF(spread, rows + 2 * lanes + lane);
-  STOREF(found.number, rows + 3 * lanes + lane);
-  STOREF(own.nx, rows + 4 * lanes + lane);
-  STOREF(own.ny, rows + 5 * lanes + lane);
-  STOREF(own.nz, rows + 6 * lanes + lane);
-  STOREF(LOADF(support + lane), rows + 7 * lanes + lane);
-  STOREF(roundness, rows + 8 * lanes + lane);
+  STOREF(counts * edge, rows + EDGE_ROW * lanes + lane);
+  STOREF(firmness, rows + FIRMNESS_ROW * lanes + lane);
+  STOREF(spread, rows + SPREAD_ROW * lanes + lane);
+  STOREF(found.number, rows + SUPPORTERS_ROW * lanes + lane);
+  STOREF(own.nx, rows + NORMAL_ROW * lanes + lane);
+  STOREF(own.ny, rows + (NORMAL_ROW + 1) * lanes + lane);
+  STOREF(own.nz, rows + (NORMAL_ROW + 2) * lanes + lane);
+  STOREF(LOADF(support + lane), rows + SUPPORT_ROW * lanes + lane);
+  STOREF(roundness, rows + ROUNDNESS_ROW * lanes + lane);
   const floatv before = LOADF(residual + lane);
   const intv fitted = before >= 0.0f, used = LOADI(to + lane) >= 0;
   STOREF(SELECT(before, off, fitted), residual + lane);

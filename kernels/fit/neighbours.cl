@@ -1,13 +1,12 @@
 // neighbours.cl: the particles around fits, lane by lane, and what they weigh (paper 2.3).
 //
-// A fit is a lane of a batch: slot k of lane l of batch b lies at first[b] + BATCH k + l. The slots
+// A fit is a lane of a batch: slot k of lane l of batch b lies at first[b] + FIT_BATCH k + l. The slots
 // name the neighbours, the particle itself among them. A work-item takes WIDTH lanes of one
 // batch. Particles are records of four values: x, y, z (particle radii), u; the unit normal, and how
 // round the surface is there (set_roundness). Behind the last stands nobody, whose u is 0, for slots and lanes that are not in use.
 //
 // uses: fit.cl
 
-#define BATCH 16  // lanes
 // Neighbours whose weights are computed before any is added: a weight takes long, one step after
 // another, and the sums leave no register for it. A work-item with one fit has no room for them.
 #if WIDTH == 1
@@ -82,8 +81,8 @@ inline void gather_points(global const float4* place, global const float4* norma
                           global const int* at, const int count, Point* point) {
   for (int k = 0; k < count; ++k) {
     floatv p[4], n[4];
-    load_records(place, at + BATCH * k, p);
-    load_records(normal, at + BATCH * k, n);
+    load_records(place, at + FIT_BATCH * k, p);
+    load_records(normal, at + FIT_BATCH * k, n);
     const Point one = {p[3], p[0], p[1], p[2], n[0], n[1], n[2]};
     point[k] = one;
   }

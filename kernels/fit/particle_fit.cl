@@ -46,11 +46,11 @@ INLINED floatv rms_of_fit(const floatv* a, const Particles own, const floatv rho
   floatv squares = (floatv)(0.0f), total = (floatv)(1e-30f);
   for (int k = 0; k < count; ++k) {
     floatv p[4];
-    load_records(place, neighbour + BATCH * k, p);
+    load_records(place, neighbour + FIT_BATCH * k, p);
     const floatv f = evaluate(a, (p[0] - own.x) * inverse_rho, (p[1] - own.y) * inverse_rho,
                               (p[2] - own.z) * inverse_rho) *
                      steep;
-    add_distance(f, LOADF(weight + BATCH * k), inverse_tau, &squares, &total);
+    add_distance(f, LOADF(weight + FIT_BATCH * k), inverse_tau, &squares, &total);
   }
   return sqrt(squares / total);
 }
@@ -200,7 +200,7 @@ INLINED void weigh_points(const Weighing* with, const Particles* own, Point* poi
                            with->delta * p.dz};
     point[k] = weighed;
     found->used += SELECT((intv)(0), (intv)(1), counts);
-    if (by.left <= 1) STOREF(w, weight + BATCH * k);
+    if (by.left <= 1) STOREF(w, weight + FIT_BATCH * k);
   }
 }
 
@@ -249,7 +249,7 @@ kernel void fit_particles(
   Weighing with;
   take_up(&with, lane, trial, normal, particle, support, quadric, residual, to, mean, noise, by);
 
-  const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
+  const int begin = first[lane / FIT_BATCH] + lane % FIT_BATCH, count = length[lane / FIT_BATCH];
   Neighbourhood found = {(intv)(0), none, none};
   floatv m[MOMENTS], a[10];
 #pragma unroll
@@ -258,7 +258,7 @@ kernel void fit_particles(
   for (int k = 0; k < 10; ++k) a[k] = none;
   Point point[CHUNK];
   for (int from = 0; from < count; from += CHUNK) {
-    const int points = min(CHUNK, count - from), slot = begin + BATCH * from;
+    const int points = min(CHUNK, count - from), slot = begin + FIT_BATCH * from;
     gather_points(place, normal, neighbour + slot, points, point);
     weigh_points(&with, &own, point, points, weight + slot, &found, by);
     for (int k = 0; k < points; ++k) add_first(m, a, point + k, with.delta);

@@ -32,11 +32,11 @@ kernel void place_models(global const float4* place,   // [n + 1] as in fit_part
   const Particles own = load_particles(place, normal, particle + lane);
   floatv edge = (floatv)(1.0f);  // LLVM 18 gives up at width 1 where the branch changes `counts`
   if (which == NARROW) {
-    const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
+    const int begin = first[lane / FIT_BATCH] + lane % FIT_BATCH, count = length[lane / FIT_BATCH];
     floatv near = (floatv)(0.0f), agree = near;
     for (int k = 0; k < count; ++k) {
       Point p;
-      gather_points(place, normal, neighbour + begin + BATCH * k, 1, &p);
+      gather_points(place, normal, neighbour + begin + FIT_BATCH * k, 1, &p);
       const floatv x = p.x - own.x, y = p.y - own.y, z = p.z - own.z;
       const floatv q = share_of(p.w, sqrt(x * x + y * y + z * z), trial.reach);
       near += q;
@@ -149,12 +149,12 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
   const TrialFits wide = {place, normal, model, weight, row};
   const TrialFits narrow = {place, normal + row, model + MODEL * row, weight + row, row};
   const floatv none = (floatv)(0.0f), tiny = (floatv)(1e-30f);
-  const int begin = first[lane / BATCH] + lane % BATCH, count = length[lane / BATCH];
+  const int begin = first[lane / FIT_BATCH] + lane % FIT_BATCH, count = length[lane / FIT_BATCH];
   global const int* at = neighbour + begin;
   const Particles around = load_particles(place, wide.normal, particle + lane);
   floatv total = none, squares = none, bend = none;
   for (int k = 0; k < count; ++k) {
-    const TrialValue t = value_of_trial(wide, at + BATCH * k, around, reach);
+    const TrialValue t = value_of_trial(wide, at + FIT_BATCH * k, around, reach);
     total += t.weight;
     squares = fma(t.weight * t.f, t.f, squares);
     bend = fma(t.weight, 1.0f - t.same, bend);
@@ -175,7 +175,7 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
   floatv best = none, ax = none, ay = none, az = none;
   TrialValue kept[KEPT];
   for (int k = 0; k < count; ++k) {
-    const TrialValue t = value_of_trial(narrow, at + BATCH * k, own, reach);
+    const TrialValue t = value_of_trial(narrow, at + FIT_BATCH * k, own, reach);
     if (k < KEPT) kept[k] = t;
     const intv better = t.weight > best;
     best = SELECT(best, t.weight, better);
@@ -188,7 +188,7 @@ kernel void measure_evidence(global const float4* place,   // [n + 1]
     const Side empty = {none, none, none, none, none, none, none, none, none};
     A = B = empty;
     for (int k = 0; k < count; ++k) {
-      const TrialValue t = k < KEPT ? kept[k] : value_of_trial(narrow, at + BATCH * k, own, reach);
+      const TrialValue t = k < KEPT ? kept[k] : value_of_trial(narrow, at + FIT_BATCH * k, own, reach);
       const floatv share =
           smooth_step(trial.same_low, trial.same_high, t.gx * ax + t.gy * ay + t.gz * az);
       add_trial_value(&A, t, share);

@@ -15,7 +15,6 @@
 // uses: cells.cl
 
 #define NORM 0.318309886f  // 1 / pi
-#define SUPPORT 4.0f       // particle radii; no cell has a smaller side
 #define W0 (0.243067f / 4096.0f)  // v^3 of a v that is 1 in the middle
 #define W1 (0.456322f / 65536.0f)
 #define W2 (-0.842290f / 1048576.0f)
@@ -49,7 +48,7 @@ inline void add_share(Field* sum, const floatv v, const floatv dx, const floatv 
 inline void add_particle(Field* sum, const floatv dx, const floatv dy, const floatv dz,
                          const float weight, const int with_gradient) {
   const floatv v =
-      fma(-dx, dx, fma(-dy, dy, fma(-dz, dz, (floatv)(SUPPORT * SUPPORT))));
+      fma(-dx, dx, fma(-dy, dy, fma(-dz, dz, (floatv)(DENSITY_SUPPORT * DENSITY_SUPPORT))));
   add_share(sum, larger(v, (floatv)(0.0f)), dx, dy, dz, weight, with_gradient);
 }
 
@@ -84,7 +83,7 @@ inline void add_cells_around(const Cells cells, global const float* weight, cons
       Row row = row_of(cx - 1, cy, cz, wide + 2, cells.mask);
       while (next_range(&row, cells.start, cells.mask))
         for (int p = row.begin; p < row.end; p += WIDTH) {
-          count = append(near_box(box, cells, p, SUPPORT) & SAME_ROW(LOADI(tags + p), tag) &
+          count = append(near_box(box, cells, p, DENSITY_SUPPORT) & SAME_ROW(LOADI(tags + p), tag) &
                              (LANES < (float)(row.end - p)),
                          p, item, count);
           if (count < AT_A_TIME) continue;
@@ -173,7 +172,7 @@ inline Parabola parabola_of(const Lines* line, const float px, const float py, c
   const floatv along = fma(x, line->ex, y * line->ey), apart = fma(x, x, y * y);
   const Parabola p = {
       fma((floatv)(pz), line->length, along),
-      fma(along, along, SUPPORT * SUPPORT - apart)};
+      fma(along, along, DENSITY_SUPPORT * DENSITY_SUPPORT - apart)};
   return p;
 }
 
@@ -291,7 +290,7 @@ inline Beam beam_of(const Rays* rays, const intv* wanted, const int vectors, con
   }
   Beam b = {ax, ay, -low, bx - ax, by - ay, low - high, 0.0f, 0.0f};
   b.per_length = 1.0f / fmax(b.ex * b.ex + b.ey * b.ey + b.ez * b.ez, 1e-12f);
-  b.reach = SUPPORT + sqrt(-least_lane(-wide)) + 0.01f;  // with room for rounding
+  b.reach = DENSITY_SUPPORT + sqrt(-least_lane(-wide)) + 0.01f;  // with room for rounding
   return b;
 }
 
@@ -436,7 +435,7 @@ inline void list_near(const Cells cells, Around* around, const Lines* line, cons
   const int found = own ? near->count : around->count;
   const floatv middle = 0.5f * (from + to), extent = SELECT(-nowhere, 0.5f * (to - from), wanted);
   // A search goes through layers of cells, the deepest first: those at the ends may be out of reach.
-  const float reach = SUPPORT + 0.01f;  // with room for rounding
+  const float reach = DENSITY_SUPPORT + 0.01f;  // with room for rounding
   int begin = 0, end = found;
   while (begin < end && -cells.z[item[begin]] > high + reach) ++begin;
   while (begin < end && -cells.z[item[end - 1]] < low - reach) --end;

@@ -11,7 +11,7 @@
 
 // Work-items that share a disc: its rows in turns. Elsewhere vectors are busy with one.
 #if WIDTH == 1
-#define SHARES 8
+#define SHARES DISC_SHARES
 #else
 #define SHARES 1
 #endif

@@ -2,9 +2,8 @@
 //
 // uses: hits.cl
 
-// Samples that choose_groups takes together, and how many of the lattice's lie among and around them
-// at most: those from two apart.
-#define CHOICE_ROWS 8
+// How many samples of the lattice lie among and around those that choose_groups takes together, at most:
+// those from two apart.
 #define CHOICES ((TILE / 2 + 2) * (CHOICE_ROWS / 2 + 2))
 
 // The groups of the lattice's samples among and around the ones that are taken together with (i, j), each

@@ -34,7 +34,7 @@ inline int face_at(const Fits fits, const int fit, const floatv x, const floatv 
   global const float* g = fits.record + FIT * fit;
   global const float* foot = fits.foot + 4 * fit;
   const floatv px = x - foot[0], py = y - foot[1], pz = z - foot[2], none = (floatv)(0.0f);
-  const floatv squared = square_of(px, py, pz) * g[10];
+  const floatv squared = square_of(px, py, pz) * g[FIT_NARROWNESS];
   if (!ANY(squared < 1.0f)) return 0;
   floatv gx, gy, gz;
   gradient_at(g, px, py, pz, &gx, &gy, &gz);
@@ -46,7 +46,7 @@ inline int face_at(const Fits fits, const int fit, const floatv x, const floatv 
   face->gy = gy * slope;
   face->gz = gz * slope;
   face->per_slope = slope;
-  face->weight = g[13] * q * q * q * larger(1.0f - 0.25f * f * f, none);
+  face->weight = g[FIT_END_WEIGHT] * q * q * q * larger(1.0f - 0.25f * f * f, none);
   return 1;
 }
 
@@ -140,9 +140,9 @@ INLINED void add_face(Hidden* sum, const Fits fits, const int fit, const Sample 
   const floatv cosine = dot_of(face->gx, face->gy, face->gz, shown->nx, shown->ny, shown->nz);
   const floatv weight = face->weight * (1.0f - smooth_step(by.same_low, by.same_high, cosine));
   const floatv along = fma(face->gx, s.dx, fma(face->gy, s.dy, -face->gz));
-  if (g[15] > 0.5f * ROUNDEST) {
+  if (g[FIT_ROUND] > 0.5f * ROUNDEST) {
     const floatv same = smooth_step(by.same_low, by.same_high, leeway_of(g) + cosine) *
-                        smooth_step(0.5f * ROUNDEST, ROUNDEST, (floatv)(g[15]));
+                        smooth_step(0.5f * ROUNDEST, ROUNDEST, (floatv)(g[FIT_ROUND]));
     const floatv turned = SELECT(none, face->weight * same, along > steep);
     add_turning(&sum->turning, g, s, face, along, turned);
   }
@@ -153,7 +153,7 @@ INLINED void add_face(Hidden* sum, const Fits fits, const int fit, const Sample 
   sum->within += SELECT(hidden, none, face->f > 0.0f);
   sum->beyond += SELECT(none, hidden, face->f > 0.0f);
   const floatv w = SELECT(none, weight, along > 0.0f);
-  const floatv own = (floatv)(g[13]);
+  const floatv own = (floatv)(g[FIT_END_WEIGHT]);
   const floatv outside = SELECT(w, none, face->f < 0.0f);
   sum->w += w;
   sum->outside += outside;

@@ -1,26 +1,21 @@
 // hits.cl: where a ray meets a fit, and with what weight (paper 2.4.2, Eq. 6).
 //
-// A fit's record is FIT floats (records.h), which fill a line of most caches: 0-9 quadric around the foot
-// (see fit.cl), 10 one over the reach squared, 11 weight in the blend, 12 one over the trust that is part
-// of the weights (trust.hpp), 13 weight where the fluid ends, 14 firmness over the e in the weights, 15 how
-// round it is, 0 between two sheets to .9 around a bend. Its foot and reach are 4 floats in an array of
-// their own.
+// A fit's record: records.h.
 
 // What of a weight's own gradient goes into the normal (blend_at) where fits are flat, and where they are
 // as round as can be (ROUNDEST). Bends lose height in the blend, and with it slope; less than nothing
 // gives them back. What noise that brings along, fairing.cl takes away.
 #define PULL 0.75f
 #define ROUND_PULL -0.2f
-#define ROUNDEST 0.9f
 
 // That part of the weight's gradient, but for near^2 and the place.
 inline float pull_of(global const float* fit) {
-  return 6.0f * fit[10] * (fit[15] * ((PULL - ROUND_PULL) / ROUNDEST) - PULL);
+  return 6.0f * fit[FIT_NARROWNESS] * (fit[FIT_ROUND] * ((PULL - ROUND_PULL) / ROUNDEST) - PULL);
 }
 
 // By so much more than the product of gradients a fit that is met agrees with a sheet: a round fit has
 // no crease near, and goes on around the bend.
-inline float leeway_of(global const float* fit) { return fit[15]; }
+inline float leeway_of(global const float* fit) { return fit[FIT_ROUND]; }
 
 // The sum of firm fits' weights at a sample, 3.5 within a flat face (the integral of (1 - D^2)^3 over
 // 4 square radii a fit): up to the first the blend is not trusted, from the second on it is.
@@ -162,7 +157,7 @@ inline Entry meet_fit(const Fits fits, const int fit, const Sample s, const floa
   const intv met = fabs(at) <= SELECT((floatv)(4.0f), (floatv)(1.0f), grazed) * d_max;
   const floatv tau = SELECT(none, at, met);
   const floatv px = fma(tau, s.dx, x), py = fma(tau, s.dy, y), pz = z - tau;
-  const floatv squared = square_of(px, py, pz) * g[10];
+  const floatv squared = square_of(px, py, pz) * g[FIT_NARROWNESS];
   const Entry e = {tau, SELECT((floatv)(INFINITY), squared, met),
                    SELECT((floatv)(-GRAZE), larger(least, (floatv)(-GRAZE)), bent)};
   return e;
@@ -184,7 +179,7 @@ inline int weigh_fit(const Fits fits, const int fit, const Sample s, const float
   // A grazing ray enters far before the reference, which lies inside: there depths count less.
   const floatv facing = fma(gx, s.dx, fma(gy, s.dy, -gz)) * slope;
   const intv met = fabs(tau) * smaller(2.0f * fabs(facing), one) <= d_max;
-  const floatv steep = SELECT(none, near * near * g[11], met);
+  const floatv steep = SELECT(none, near * near * g[FIT_WEIGHT], met);
   hit->weight = steep * near;
   hit->gx = gx * slope;
   hit->gy = gy * slope;

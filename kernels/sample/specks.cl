@@ -17,19 +17,18 @@
 //
 // In rounds: close_specks finds what changes, apply_closed changes it. The first looks where samples
 // were listed, the next only where something around has changed in the round before. One work-item
-// per RUN blocks, of WIDTH samples of eight rows each: most blocks are done with at a glance.
+// per RUN blocks, of WIDTH samples of BLOCK_ROWS rows each: most blocks are done with at a glance.
 
-#define BLOCK_ROWS 8
 #define LINK 2.0f  // particle radii: the spacing
 #if WIDTH == 1
 #define RUN 1
 #else
-#define RUN 8
+#define RUN BLOCK_RUN
 #endif
 
 // Whether any of a run of blocks is set.
 inline int any_of_run(global const uchar* blocks) {
-#if RUN == 1
+#if WIDTH == 1
   return *blocks;
 #else
   return as_ulong(vload8(0, blocks)) != 0;
@@ -37,7 +36,7 @@ inline int any_of_run(global const uchar* blocks) {
 }
 
 inline void clear_run(global uchar* blocks) {
-#if RUN == 1
+#if WIDTH == 1
   *blocks = 0;
 #else
   vstore8((uchar8)(0), 0, blocks);
@@ -59,7 +58,7 @@ inline int changed_near(global const uchar* changed, const int2 block, const int
 }
 inline int changed_near_run(global const uchar* changed, const int2 run, const int2 blocks,
                             const int stride) {
-#if RUN == 1
+#if WIDTH == 1
   return 1;
 #else
   int any_changed = 0;

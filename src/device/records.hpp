@@ -12,13 +12,18 @@ using uint = std::uint32_t;
 #include "../../kernels/records.h"
 #undef RECORD
 inline constexpr float kOnEdge = ON_EDGE, kEnded = ENDED, kPassed = PASSED, kSteep = STEEP,
-                       kFitReach = FIT_REACH, kWhitewaterMost = WHITEWATER_MOST;
+                       kFitReach = FIT_REACH, kWhitewaterMost = WHITEWATER_MOST,
+                       kRoundest = ROUNDEST, kDensitySupport = DENSITY_SUPPORT,
+                       kMotionSupport = MOTION_SUPPORT;
 #undef ON_EDGE
 #undef ENDED
 #undef PASSED
 #undef STEEP
 #undef FIT_REACH
 #undef WHITEWATER_MOST
+#undef ROUNDEST
+#undef DENSITY_SUPPORT
+#undef MOTION_SUPPORT
 
 /// Whether a record has the same layout on every device: plain, and all members have four bytes.
 template <class T>

@@ -15,8 +15,8 @@ constexpr std::size_t kChunk = std::size_t{1} << 20;
 
 }  // namespace
 
-bool counts(const BlendRecords& records, std::size_t k) {
-  return records.foot[4 * k + 3] > 0 && records.record[kFitRecord * k + 11] > 0;
+bool counts(const BlendRecords& of, std::size_t k) {
+  return of.foot[4 * k + 3] > 0 && of.record[kFitRecord * k + records::FIT_WEIGHT] > 0;
 }
 
 ImplicitFunction make_implicit(Device& device, const BlendRecords& records,

@@ -12,7 +12,6 @@
 namespace meniscus {
 namespace {
 
-constexpr float kSupport = 4;  // SUPPORT of motion.cl
 constexpr std::size_t kGrain = std::size_t{1} << 14;
 
 // The mean at points that lie far from every particle. They are few. Cells of twice the size take
@@ -21,7 +20,7 @@ std::vector<Vec3> motion_far_off(const MovingParticles& moving, const std::vecto
   std::vector<Vec3> result(points.size());
   std::vector<std::size_t> left(points.size());
   for (std::size_t k = 0; k < left.size(); ++k) left[k] = k;
-  for (float side = 2 * kSupport; !left.empty(); side *= 2) {
+  for (float side = 2 * records::kMotionSupport; !left.empty(); side *= 2) {
     const Cells cells = make_cells(moving.cells.x, moving.cells.y, moving.cells.z, side);
     std::vector<char> settled(left.size(), 0);
     constexpr std::size_t kFew = 16;  // points that are worth a thread
@@ -38,7 +37,7 @@ std::vector<Vec3> motion_far_off(const MovingParticles& moving, const std::vecto
         };
         double nearest = INFINITY;
         each_near([&](std::size_t, double squared) { nearest = std::min(nearest, squared); });
-        const double support = std::max<double>(kSupport, 4.0 / 3 * std::sqrt(nearest));
+        const double support = std::max<double>(records::kMotionSupport, 4.0 / 3 * std::sqrt(nearest));
         if (!(support <= side)) continue;
         Vec3d sum;
         double weight = 0;
@@ -118,7 +117,7 @@ MovingParticles upload_moving(Device& device, const Projected& projected,
     known.push_back(own);
   }
   MovingParticles moving;
-  moving.cells = make_cells(x, y, z, kSupport);
+  moving.cells = make_cells(x, y, z, records::kMotionSupport);
   const std::size_t n = known.size();
   std::vector<float> rows(3 * n);
   for (std::size_t p = 0; p < n; ++p) {
@@ -163,7 +162,7 @@ std::vector<Vec3> motion_of_points(Device& device, const MovingParticles& moving
   const std::size_t n = points.size();
   if (n == 0 || moving.velocity.empty()) return std::vector<Vec3>(n);
   // In the order of cells, so that a work-item's points lie close together.
-  const Cells order = make_cells(points, kSupport / 2);
+  const Cells order = make_cells(points, records::kMotionSupport / 2);
   const auto motion = allocate<float>(device, 3 * n);
   const std::size_t width = static_cast<std::size_t>(device.state().vector_width);
   const std::size_t each = points_of_item(width);

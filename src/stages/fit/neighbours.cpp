@@ -15,7 +15,7 @@ namespace {
 // The most slots that 32-bit indices reach.
 constexpr std::size_t kMostSlots = std::size_t{1} << 28;
 
-constexpr std::size_t kLanes = 16;  // fits of a batch, whatever the device's WIDTH
+constexpr std::size_t kLanes = records::FIT_BATCH;  // of fits, whatever the device's WIDTH
 static_assert(NearLists::kBlock % kLanes == 0);
 
 // The lists of a block's fits by themselves, neighbours fit by fit.

@@ -24,7 +24,7 @@ constexpr float kFirmAhead = 0.5f;
 // Where supports are narrowed: what residual noise alone explains against the frame's least, and
 // over which fits residuals are averaged.
 constexpr float kOverLeast = 1.5f;
-constexpr std::size_t kNoiseItems = 256;  // TILE_ITEMS in prelude.cl
+constexpr std::size_t kNoiseItems = records::TILE * records::TILE;  // TILE_ITEMS in prelude.cl
 constexpr SheetWeights kSheet{kResidualReach, 0.8f, 0.95f};
 
 constexpr std::size_t kRecord = 4;  // values of a particle's records, see neighbours.cl
@@ -145,13 +145,15 @@ void take_fits(const FitLanes& part, const ViewTogether<float, float, float, flo
       if (fit < 0) continue;
       const std::size_t k = static_cast<std::size_t>(fit);
       fits.residual[k] = residual[l];
-      fits.edge[k] = row[l];
-      fits.firmness[k] = row[lanes + l];
-      fits.spread[k] = row[2 * lanes + l];
-      fits.supporters[k] = row[3 * lanes + l] / kShare;
-      fits.normal[k] = {row[4 * lanes + l], row[5 * lanes + l], row[6 * lanes + l]};
-      fits.support[k] = row[7 * lanes + l];
-      fits.roundness[k] = row[8 * lanes + l];
+      const auto measured = [&](std::size_t which) { return row[which * lanes + l]; };
+      fits.edge[k] = measured(records::EDGE_ROW);
+      fits.firmness[k] = measured(records::FIRMNESS_ROW);
+      fits.spread[k] = measured(records::SPREAD_ROW);
+      fits.supporters[k] = measured(records::SUPPORTERS_ROW) / kShare;
+      fits.normal[k] = {measured(records::NORMAL_ROW), measured(records::NORMAL_ROW + 1),
+                        measured(records::NORMAL_ROW + 2)};
+      fits.support[k] = measured(records::SUPPORT_ROW);
+      fits.roundness[k] = measured(records::ROUNDNESS_ROW);
       std::array<float, 10>& quadric = fits.quadric[k];
       for (std::size_t r = 0; r < 10; ++r) quadric[r] = c[r * lanes + l];
       if (fits.residual[k] < 0) continue;
@@ -198,7 +200,7 @@ FitLanes::FitLanes(Device& device, const FitNeighbours::Part& of, int in_trials,
       support(allocate<float>(device, 3 * static_cast<std::size_t>(trials) * of.lists.fit.size())),
       found(device, {10 * static_cast<std::size_t>(trials) * of.lists.fit.size(),
                      static_cast<std::size_t>(trials) * of.lists.fit.size(),
-                     kFitRows * of.lists.fit.size(), means}),
+                     records::FIT_ROWS * of.lists.fit.size(), means}),
       quadric(found.part<0>()),
       residual(found.part<1>()),
       rows(found.part<2>()),

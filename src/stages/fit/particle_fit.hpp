@@ -89,9 +89,6 @@ struct FitSurface {
 FitSurface upload_surface(Device& device, const Projected& projected,
                           const SurfaceParticles& around, const std::vector<float>& roundness = {});
 
-/// Rows of what is measured of fits (kernel measure_edges).
-inline constexpr std::size_t kFitRows = 9;
-
 /// Values that trust follows from (trust.hpp).
 inline constexpr std::size_t kSurroundings = 3;
 
@@ -107,7 +104,7 @@ struct FitLanes {
   Together<float, float, float, float> found;  // the next four, to be read by one command
   Buffer<float> quadric;                       // [trials][10][lanes] through the particles
   Buffer<float> residual;                      // [trials][lanes] particle radii; negative: no fit
-  Buffer<float> rows;                          // [kFitRows][lanes] what is measured of the fits
+  Buffer<float> rows;                          // [FIT_ROWS][lanes] what is measured
   Buffer<float> mean;                          // [means]
   Buffer<float> weight;                        // [slots] of the last pass
 };

@@ -13,7 +13,7 @@ namespace meniscus {
 
 /// Radius beyond which a particle adds nothing to the density: twice the smoothing length s, which
 /// is two particle radii.
-inline constexpr float kDensitySupport = 4;
+inline constexpr float kDensitySupport = records::kDensitySupport;
 
 /// A hash grid on the device.
 struct DeviceCells {

@@ -19,8 +19,8 @@ inline Buffer<float> no_bound(Device& device, const SampleGrid& grid) {
 
 /// A kernel's range where every one of `count` discs is drawn by items of its own.
 inline Range disc_items(int count, int width) {
-  constexpr std::size_t kShares = 8;  // SHARES in minima.cl
-  return {static_cast<std::size_t>(count) * (width == 1 ? kShares : 1)};
+  const std::size_t shares = width == 1 ? records::DISC_SHARES : 1;
+  return {static_cast<std::size_t>(count) * shares};
 }
 
 /// Launches a kernel of minima.cl that draws the discs of `outlines`.

@@ -46,8 +46,7 @@ Buffer<cl_int> choose_groups(Device& device, const View& view, const SurfaceBuff
                              const DeviceRecords& records, int every, const BlendParams& params) {
   const SampleGrid& grid = surface.grid;
   const int width = device.state().wide_width();
-  constexpr int kChoiceRows = 8;  // as in choose_groups.cl
-  const int rows = width == 1 ? 1 : kChoiceRows;
+  const int rows = width == 1 ? 1 : records::CHOICE_ROWS;
   const auto across = static_cast<std::size_t>((grid.nx + width - 1) / width);
   const auto down = static_cast<std::size_t>((grid.ny + rows - 1) / rows);
   const auto group = allocate<cl_int>(device, grid.size());

@@ -19,8 +19,9 @@ constexpr double kKnownBend = 0.3;    // of a quadric; drops that bend more have
 constexpr double kSeen = 1e-3;        // fits that are seen less only end sheets: no ray meets them
 constexpr std::size_t kFitsAThread = 512;  // that are worth one
 
-// What a round fit has in the last value of its record, see pull_of and leeway_of in hits.cl.
-constexpr double kRound = 0.9;
+// What a round fit has at FIT_ROUND, see pull_of and leeway_of in hits.cl.
+constexpr double kRoundest = 0.9;
+static_assert(static_cast<float>(kRoundest) == records::kRoundest);
 
 // The radius of a fit's weight: `radius` times its share of the full support; of a group's fit
 // the root of its square and of 1.8 times the square of the group's extent, but at most .8 of its
@@ -52,7 +53,7 @@ double sinks_by(const float* record) {
     const double bend = std::clamp(twice / 2, -kKnownBend, kKnownBend);
     too_much += bend - bend / (1 + bend);
   }
-  return too_much / 2 * kMeanSquare / record[10];
+  return too_much / 2 * kMeanSquare / record[records::FIT_NARROWNESS];
 }
 
 }  // namespace
@@ -83,7 +84,7 @@ BlendRecords make_records(const ParticleFits& fits, const std::vector<double>& t
                              1 / trust[k],
                              weight * fits.surface[k],
                              fits.firmness[k] / fits.edge[k],
-                             kRound * fits.roundness[k]};
+                             kRoundest * fits.roundness[k]};
     std::ranges::transform(record, &records.record[k * kFitRecord],
                            [](double v) { return static_cast<float>(v); });
     const double place[] = {foot.x, foot.y, foot.z, reach};

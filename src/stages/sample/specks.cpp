@@ -22,10 +22,10 @@ void close_specks(Device& device, const SurfaceBuffers& surface, const ListedBlo
   constexpr float kJump = 3;  // particle radii
   const SampleGrid& grid = surface.grid;
   const std::size_t n = grid.size();
-  constexpr int kBlockRows = 8;  // as in specks.cl
   const int width = device.state().vector_width;
-  const int across = (grid.nx + width - 1) / width, down = (grid.ny + kBlockRows - 1) / kBlockRows;
-  const int run = width == 1 ? 1 : 8;  // blocks that a work-item takes, as in specks.cl
+  const int across = (grid.nx + width - 1) / width;
+  const int down = (grid.ny + records::BLOCK_ROWS - 1) / records::BLOCK_ROWS;
+  const int run = width == 1 ? 1 : records::BLOCK_RUN;  // blocks that a work-item takes
   const int runs = (across + run - 1) / run;
   const records::Blocks blocks{grid.nx, grid.ny, across, down, runs * run};
   const Range range{static_cast<std::size_t>(runs), static_cast<std::size_t>(down), 16, 1};

@@ -158,8 +158,8 @@ FitTiles list_fits(Device& device, const View& view, const BlendRecords& records
       const float *c = &records.record[k * kFitRecord], reach = records.foot[4 * k + 3];
       if (!(reach > 0)) continue;
       const Slopes slopes = slopes_of(c);
-      if (c[11] > 0) met.add(k, slab_of(records, k, slopes, 0), view, grid);
-      if (!(c[13] > 0)) continue;
+      if (c[records::FIT_WEIGHT] > 0) met.add(k, slab_of(records, k, slopes, 0), view, grid);
+      if (!(c[records::FIT_END_WEIGHT] > 0)) continue;
       const double deep = kRimDepth * (slopes.at_foot + slopes.bend * reach);
       rim.add(k, slab_of(records, k, slopes, deep), view, grid);
       rim.wanted[k] = may_be_steep(view, records, k, slopes, rim.box[k], grid);
