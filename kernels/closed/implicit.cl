@@ -113,8 +113,8 @@ inline void add_fields(const Cells cells, global const float* weight, const int*
     const int p = item[k];
     const float w = weight[p];
     const floatv dx = x - cells.x[p], dy = y - cells.y[p], dz = z - cells.z[p];
-    const floatv v = larger(
-        fma(-dx, dx, fma(-dy, dy, fma(-dz, dz, (floatv)(DENSITY_SUPPORT * DENSITY_SUPPORT)))), (floatv)(0.0f));
+    const floatv within = (floatv)(DENSITY_SUPPORT * DENSITY_SUPPORT);
+    const floatv v = larger(fma(-dx, dx, fma(-dy, dy, fma(-dz, dz, within))), (floatv)(0.0f));
     const floatv vv = v * v;
     const floatv share =
         fma(fma(fma((floatv)(W3), v, (floatv)(W2)), v, (floatv)(W1)), v, (floatv)(W0));
@@ -161,7 +161,9 @@ inline FitValue evaluate_fit(global const float* g, const float fx, const float 
 
 // What of a weight's own gradient goes into the gradient of F: less than in views (pull_of), because
 // nothing evens it out afterwards.
-inline float solid_pull_of(global const float* fit) { return 6.0f * fit[FIT_NARROWNESS] * (fit[FIT_ROUND] - 0.5f); }
+inline float solid_pull_of(global const float* fit) {
+  return 6.0f * fit[FIT_NARROWNESS] * (fit[FIT_ROUND] - 0.5f);
+}
 
 inline void add_near(Sums* s, const FitValue* n, const float pull, const float fx, const float fy,
                      const float fz, const floatv share) {
@@ -261,114 +263,141 @@ INLINED void meet_sheets(const Sheet* a, const Sums* sum_b, const Sums* sum_c, c
   *edge = share_b * (1.0f - ab);
 }
 
-#define FOOT(p) cells.x[p], cells.y[p], cells.z[p]
+// The fits near points, to be gone through several times. The values of the first ones are kept.
+typedef struct {
+  FitCells of;
+  Search search;
+  floatv x, y, z;  // the points
+  float2 sheets;   // cosines between which gradients become those of one sheet
+  int item[LISTED + 2 * WIDTH];
+  FitValue kept[KEPT];
+} NearFits;
 
-// The value of the k-th listed fit, p its place among all: as it was kept, where all were listed at a
-// time.
-inline FitValue value_of_listed(const FitCells of, const FitValue* kept, const int whole,
-                                const int k, const int p, const floatv x, const floatv y,
-                                const floatv z) {
-  const Cells cells = of.cells;
-  if (whole >= 0 && k < KEPT) return kept[k];
-  return evaluate_fit(of.record + FIT * p, FOOT(p), x, y, z);
+#define FOOT(near, p) (near)->of.cells.x[p], (near)->of.cells.y[p], (near)->of.cells.z[p]
+
+// Lists the next fits, or the first ones after rewind().
+inline int list_fits(NearFits* near) { return list_more(&near->search, near->of.cells, near->item); }
+
+// The value of the k-th listed fit: as it was kept, where all were listed at a time.
+inline FitValue listed_fit(const NearFits* near, const int k) {
+  const int p = near->item[k];
+  if (near->search.whole >= 0 && k < KEPT) return near->kept[k];
+  return evaluate_fit(near->of.record + FIT * p, FOOT(near, p), near->x, near->y, near->z);
 }
 
-// Vectors of a structure go by address: a call would copy them byte by byte.
+inline void take_heavier(const FitValue* n, const floatv weight, floatv* most, Vector* gradient) {
+  const intv heavier = weight > *most;
+  *most = SELECT(*most, weight, heavier);
+  gradient->x = SELECT(gradient->x, n->gx, heavier);
+  gradient->y = SELECT(gradient->y, n->gy, heavier);
+  gradient->z = SELECT(gradient->z, n->gz, heavier);
+}
+
+// Evaluates all fits. Returns the greatest weight; out: the gradient of its fit, and the sums of weights,
+// of weights over trust, and of firm fits' weights.
+INLINED floatv weigh_fits(NearFits* near, Vector* gradient, floatv* all, floatv* doubt, floatv* firm) {
+  const floatv none = (floatv)(0.0f);
+  floatv most = none;
+  *all = *doubt = *firm = gradient->x = gradient->y = gradient->z = none;
+  for (int count; (count = list_fits(near)) > 0;)
+    for (int k = 0; k < count; ++k) {
+      const int p = near->item[k];
+      global const float* g = near->of.record + FIT * p;
+      const FitValue n = evaluate_fit(g, FOOT(near, p), near->x, near->y, near->z);
+      if (k < KEPT) near->kept[k] = n;
+      take_heavier(&n, n.weight, &most, gradient);
+      *all += n.weight;
+      *doubt = fma(n.weight, (floatv)(g[FIT_DOUBT]), *doubt);
+      *firm = fma(n.weight, (floatv)(g[FIT_FIRMNESS]), *firm);
+    }
+  return most;
+}
+
+// A round of mean shift: `to` becomes the mean gradient of the fits that agree with it; of those that
+// do not agree with `first`, where it is not null.
+INLINED void shift_sheet(NearFits* near, const Vector* first, Vector* to) {
+  floatv nx = (floatv)(0.0f), ny = nx, nz = nx;
+  rewind(&near->search);
+  for (int count; (count = list_fits(near)) > 0;)
+    for (int k = 0; k < count; ++k) {
+      const FitValue n = listed_fit(near, k);
+      floatv w = n.weight;
+      if (first) w *= 1.0f - same_sheet(&n, *first, near->sheets);
+      w *= same_sheet(&n, *to, near->sheets);
+      nx = fma(w, n.gx, nx);
+      ny = fma(w, n.gy, ny);
+      nz = fma(w, n.gz, nz);
+    }
+  *to = unit_of(nx, ny, nz);
+}
+
+// Sums up sheet a. Returns the weight of the rest; out: the gradient of its heaviest fit.
+INLINED floatv sum_sheet(NearFits* near, const Vector a, Sums* sum, Vector* next) {
+  floatv rest = (floatv)(0.0f), most = rest;
+  clear_sums(sum);
+  next->x = next->y = next->z = rest;
+  rewind(&near->search);
+  for (int count; (count = list_fits(near)) > 0;)
+    for (int k = 0; k < count; ++k) {
+      const int p = near->item[k];
+      const FitValue n = listed_fit(near, k);
+      const floatv share = same_sheet(&n, a, near->sheets), others = n.weight * (1.0f - share);
+      add_near(sum, &n, solid_pull_of(near->of.record + FIT * p), FOOT(near, p), share);
+      rest += others;
+      take_heavier(&n, others, &most, next);
+    }
+  return rest;
+}
+
+// Sums up what is not of sheet a: sheet b, and c, which is all others.
+INLINED void sum_other_sheets(NearFits* near, const Vector a, const Vector b, Sums* sum_b, Sums* sum_c) {
+  clear_sums(sum_b);
+  clear_sums(sum_c);
+  rewind(&near->search);
+  for (int count; (count = list_fits(near)) > 0;)
+    for (int k = 0; k < count; ++k) {
+      const int p = near->item[k];
+      const float pull = solid_pull_of(near->of.record + FIT * p);
+      const FitValue n = listed_fit(near, k);
+      const floatv rest = 1.0f - same_sheet(&n, a, near->sheets),
+                   share = same_sheet(&n, b, near->sheets);
+      add_near(sum_b, &n, pull, FOOT(near, p), rest * share);
+      add_near(sum_c, &n, pull, FOOT(near, p), rest * (1.0f - share));
+    }
+}
+
+// The value of all fits together, at points where `wanted` (paper 2.4.2, Eq. 6; docs/mesh.md). The sheet that
+// dominates is found by two rounds of mean shift from the gradient of the heaviest fit. What does not
+// agree with it is the second sheet, found likewise, and the third. They meet in creases: meet_sheets.
 inline void evaluate_fits(const FitCells of, const floatv x, const floatv y, const floatv z,
                           const intv wanted, const float2 sheets, Fitted* result) {
-  const floatv none = (floatv)(0.0f), one = (floatv)(1.0f);
-  const Cells cells = of.cells;
-  int item[LISTED + 2 * WIDTH], count;
-  FitValue kept[KEPT];
-  Search search = search_of(cells, box_of(x, y, z, wanted), of.reach);
-  floatv best = none, trust = none, firm = none, all = none;
-  Vector a = {none, none, none};
-  while ((count = list_more(&search, cells, item)) > 0)
-    for (int k = 0; k < count; ++k) {
-      const int p = item[k];
-      global const float* g = of.record + FIT * p;
-      const FitValue n = evaluate_fit(g, FOOT(p), x, y, z);
-      if (k < KEPT) kept[k] = n;
-      const intv better = n.weight > best;
-      best = SELECT(best, n.weight, better);
-      a.x = SELECT(a.x, n.gx, better);
-      a.y = SELECT(a.y, n.gy, better);
-      a.z = SELECT(a.z, n.gz, better);
-      all += n.weight;
-      trust = fma(n.weight, (floatv)(g[FIT_DOUBT]), trust);
-      firm = fma(n.weight, (floatv)(g[FIT_FIRMNESS]), firm);
-    }
+  const floatv none = (floatv)(0.0f), one = (floatv)(1.0f), least = (floatv)(1e-30f);
+  NearFits near;
+  near.of = of;
+  near.x = x;
+  near.y = y;
+  near.z = z;
+  near.sheets = sheets;
+  near.search = search_of(of.cells, box_of(x, y, z, wanted), of.reach);
+  floatv all, doubt, firm;
+  Vector a, b;
   result->level.f = result->level.x = result->level.y = result->level.z = none;
   result->trust = result->edge = none;
-  if (!ANY(wanted & (best > 0.0f))) return;
+  const floatv most = weigh_fits(&near, &a, &all, &doubt, &firm);
+  if (!ANY(wanted & (most > 0.0f))) return;
 
-  // The sheet that dominates, by two rounds of mean shift from the heaviest fit's gradient.
-  for (int round = 0; round < 2; ++round) {
-    floatv nx = none, ny = none, nz = none;
-    for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
-      for (int k = 0; k < count; ++k) {
-        const int p = item[k];
-        const FitValue n = value_of_listed(of, kept, search.whole, k, p, x, y, z);
-        const floatv w = n.weight * same_sheet(&n, a, sheets);
-        nx = fma(w, n.gx, nx);
-        ny = fma(w, n.gy, ny);
-        nz = fma(w, n.gz, nz);
-      }
-    a = unit_of(nx, ny, nz);
-  }
-
-  // That sheet and the rest, whose heaviest fit leads the next.
+  for (int round = 0; round < 2; ++round) shift_sheet(&near, 0, &a);
   Sums sum_a, sum_b, sum_c;
-  clear_sums(&sum_a);
-  clear_sums(&sum_b);
-  Vector b = {none, none, none};
-  best = none;
-  for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
-    for (int k = 0; k < count; ++k) {
-      const int p = item[k];
-      global const float* g = of.record + FIT * p;
-      const FitValue n = value_of_listed(of, kept, search.whole, k, p, x, y, z);
-      const floatv share = same_sheet(&n, a, sheets), rest = n.weight * (1.0f - share);
-      add_near(&sum_a, &n, solid_pull_of(g), FOOT(p), share);
-      sum_b.w += rest;
-      const intv better = rest > best;
-      best = SELECT(best, rest, better);
-      b.x = SELECT(b.x, n.gx, better);
-      b.y = SELECT(b.y, n.gy, better);
-      b.z = SELECT(b.z, n.gz, better);
-    }
+  const floatv rest = sum_sheet(&near, a, &sum_a, &b);
   const Sheet sheet_a = sheet_of(&sum_a);
-  Level level = sheet_a.level;
-  const floatv per_all = 1.0f / larger(all, (floatv)(1e-30f));
-  if (ANY(wanted & (sum_b.w * per_all > SOME))) {
-    floatv nx = none, ny = none, nz = none;
-    for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
-      for (int k = 0; k < count; ++k) {
-        const int p = item[k];
-        const FitValue n = value_of_listed(of, kept, search.whole, k, p, x, y, z);
-        const floatv w =
-            n.weight * (1.0f - same_sheet(&n, a, sheets)) * same_sheet(&n, b, sheets);
-        nx = fma(w, n.gx, nx);
-        ny = fma(w, n.gy, ny);
-        nz = fma(w, n.gz, nz);
-      }
-    b = unit_of(nx, ny, nz);
-    clear_sums(&sum_b);
-    clear_sums(&sum_c);
-    for (rewind(&search); (count = list_more(&search, cells, item)) > 0;)
-      for (int k = 0; k < count; ++k) {
-        const int p = item[k];
-        global const float* g = of.record + FIT * p;
-        const FitValue n = value_of_listed(of, kept, search.whole, k, p, x, y, z);
-        const floatv rest = 1.0f - same_sheet(&n, a, sheets), share = same_sheet(&n, b, sheets);
-        add_near(&sum_b, &n, solid_pull_of(g), FOOT(p), rest * share);
-        add_near(&sum_c, &n, solid_pull_of(g), FOOT(p), rest * (1.0f - share));
-      }
-    meet_sheets(&sheet_a, &sum_b, &sum_c, per_all, &level, &result->edge);
+  result->level = sheet_a.level;
+  const floatv per_all = 1.0f / larger(all, least);
+  if (ANY(wanted & (rest * per_all > SOME))) {
+    shift_sheet(&near, &a, &b);
+    sum_other_sheets(&near, a, b, &sum_b, &sum_c);
+    meet_sheets(&sheet_a, &sum_b, &sum_c, per_all, &result->level, &result->edge);
   }
-  result->level = level;
-  result->trust = smaller(1.001f * all / larger(trust, (floatv)(1e-30f)), one) *
-                  smooth_step(ALONE, COMPANY, firm);
+  result->trust = smaller(1.001f * all / larger(doubt, least), one) * smooth_step(ALONE, COMPANY, firm);
 }
 
 // F and its gradient at points that lie in cells beside each other, where wanted.
