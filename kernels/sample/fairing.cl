@@ -93,6 +93,28 @@ INLINED void add_pair(Line* line, const int k, const Beside before, const Beside
   line->k2z = fma(ez, (floatv)(k2), line->k2z);
 }
 
+// The parabola's value at the sample itself, by least squares, as a unit normal; the own one where it is
+// short. `apart2` is the square of the distance between samples, sigmas^2.
+INLINED void smooth_normal(const Line* line, const Faired* own, const intv step, const floatv apart2,
+                           floatv* x, floatv* y, floatv* z) {
+  // Powers of k in sigmas: the ridges are in them. All values are times the determinant.
+  const floatv steps1 = TO_FLOATV(step), scale2 = steps1 * steps1 * apart2, scale4 = scale2 * scale2;
+  const floatv k2 = fma(line->k2, scale2, FAIR_SLOPE_RIDGE * line->w);
+  const floatv k4 = fma(line->k4, scale4, FAIR_CURVE_RIDGE * line->w);
+  const floatv a = k2 * k4 - scale2 * scale4 * (line->k3 * line->k3),
+               b = scale2 * (scale4 * (line->k2 * line->k3) - line->k * k4),
+               c = scale4 * (scale2 * (line->k * line->k3) - line->k2 * k2);
+  const floatv determinant = line->w * a + line->k * b + line->k2 * c;
+  const floatv sum_x = fma(determinant, own->nx, a * line->x + b * line->kx + c * line->k2x);
+  const floatv sum_y = fma(determinant, own->ny, a * line->y + b * line->ky + c * line->k2y);
+  const floatv sum_z = fma(determinant, own->nz, a * line->z + b * line->kz + c * line->k2z);
+  const floatv size = sqrt(sum_x * sum_x + sum_y * sum_y + sum_z * sum_z), unit = 1.0f / size;
+  const intv clear = size > 0.5f * determinant;
+  *x = SELECT(own->nx, sum_x * unit, clear);
+  *y = SELECT(own->ny, sum_y * unit, clear);
+  *z = SELECT(own->nz, sum_z * unit, clear);
+}
+
 // The normals of WIDTH samples from column i of row j on. Inlined: calls would copy the screen.
 INLINED void fair_from(const int i, const int j, global const float* depth, global const float* normal,
                        global float* faired, const Screen screen, const float sigma, const int down) {
@@ -146,23 +168,8 @@ INLINED void fair_from(const int i, const int j, global const float* depth, glob
     }
     if (!ANY(left)) break;
   }
-  // Least squares; the parabola's value at the sample itself, times the determinant. Powers of k in
-  // sigmas: the ridges are in them.
-  const floatv steps1 = TO_FLOATV(step), scale2 = steps1 * steps1 * apart2, scale4 = scale2 * scale2;
-  const floatv k2 = fma(line.k2, scale2, FAIR_SLOPE_RIDGE * line.w);
-  const floatv k4 = fma(line.k4, scale4, FAIR_CURVE_RIDGE * line.w);
-  const floatv a = k2 * k4 - scale2 * scale4 * (line.k3 * line.k3),
-               b = scale2 * (scale4 * (line.k2 * line.k3) - line.k * k4),
-               c = scale4 * (scale2 * (line.k * line.k3) - line.k2 * k2);
-  const floatv determinant = line.w * a + line.k * b + line.k2 * c;
-  floatv x = fma(determinant, own.nx, a * line.x + b * line.kx + c * line.k2x);
-  floatv y = fma(determinant, own.ny, a * line.y + b * line.ky + c * line.k2y);
-  floatv z = fma(determinant, own.nz, a * line.z + b * line.kz + c * line.k2z);
-  const floatv size = sqrt(x * x + y * y + z * z), unit = 1.0f / size;
-  const intv clear = size > 0.5f * determinant;  // else the own one stays
-  x = SELECT(own.nx, x * unit, clear);
-  y = SELECT(own.ny, y * unit, clear);
-  z = SELECT(own.nz, z * unit, clear);
+  floatv x, y, z;
+  smooth_normal(&line, &own, step, apart2, &x, &y, &z);
   if (down) face_eye(own.ray.dx, own.ray.dy, &x, &y, &z);
   if (ALL(open)) {
     STOREF(x, faired + s);
