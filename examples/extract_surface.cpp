@@ -1,6 +1,5 @@
 // Particles in, surface out, in ten lines: extract_surface FRAME.ply
 #include <iostream>
-#include <meniscus/device.hpp>
 #include <meniscus/meniscus.hpp>
 
 int main(int argc, char** argv) try {

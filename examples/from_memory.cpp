@@ -1,6 +1,5 @@
 // Particles of one's own, a camera, and the maps that are wanted: a spinning ball into ball.exr
 #include <iostream>
-#include <meniscus/device.hpp>
 #include <meniscus/meniscus.hpp>
 
 namespace {

@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus::python {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 

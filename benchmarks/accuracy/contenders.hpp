@@ -6,7 +6,7 @@
 
 #include "accuracy/map.hpp"
 #include "accuracy/scene.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus::accuracy {
 

@@ -12,7 +12,7 @@
 #include "accuracy/particles.hpp"
 #include "accuracy/scene.hpp"
 #include "accuracy/truth.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus::accuracy {
 

@@ -12,7 +12,7 @@
 #include "base/elapsed.hpp"
 #include "device/device.hpp"
 #include "frame/process.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 namespace {

@@ -9,7 +9,7 @@
 #include "device/device.hpp"
 #include "frame/input.hpp"
 #include "meniscus/device.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 

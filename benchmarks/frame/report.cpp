@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/grouped.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 namespace {

@@ -9,7 +9,7 @@
 #include "base/content_hash.hpp"
 #include "device/device.hpp"
 #include "meniscus/error.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "meniscus/borrowed.hpp"
 #include "meniscus/export.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/source.hpp"
 #include "meniscus/types.hpp"

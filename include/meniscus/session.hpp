@@ -11,7 +11,7 @@
 #include "meniscus/closed.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/export.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "meniscus/whitewater.hpp"
 
 namespace meniscus MENISCUS_API {
@@ -42,7 +42,7 @@ class Session {
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
 
-  /// As extract() of meniscus.hpp, with a second chance where the device runs out of memory:
+  /// As extract() of extract.hpp, with a second chance where the device runs out of memory:
   /// nothing is kept from earlier frames, and a frame that streams does so in an eighth of the
   /// memory. The result is the same; a notice tells of it. Several threads may call this; they take
   /// turns.
@@ -60,6 +60,9 @@ class Session {
   /// As extract_closed() of closed.hpp. settings.memory has no effect. Threads take turns. Throws
   /// as extract_closed(), and Cancelled.
   Surface extract_closed(const ParticleSource& particles, const ClosedParams& closed = {},
+                         const Parameters& parameters = {}, const Settings& settings = {},
+                         std::vector<StageTime>* timings = nullptr);
+  Surface extract_closed(const BorrowedParticles& particles, const ClosedParams& closed = {},
                          const Parameters& parameters = {}, const Settings& settings = {},
                          std::vector<StageTime>* timings = nullptr);
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus MENISCUS_API {
 

@@ -11,7 +11,7 @@
 #include "device/device.hpp"
 #include "device/stage_clock.hpp"
 #include "meniscus/device.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "methods/layers.hpp"
 #include "output/spray.hpp"
 #include "output/to_world.hpp"

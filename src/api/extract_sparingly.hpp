@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 

@@ -93,6 +93,13 @@ Surface Session::extract_closed(const ParticleSource& particles, const ClosedPar
   return meniscus::extract_closed(state_->device, particles, closed, parameters, timings);
 }
 
+Surface Session::extract_closed(const BorrowedParticles& particles, const ClosedParams& closed,
+                                const Parameters& parameters, const Settings& settings,
+                                std::vector<StageTime>* timings) {
+  const Turn turn(*state_, settings);
+  return meniscus::extract_closed(state_->device, particles, closed, parameters, timings);
+}
+
 void Session::draw_whitewater(const std::vector<WhitewaterSource>& sources,
                               const Parameters& parameters, Surface& surface,
                               const Settings& settings, std::vector<StageTime>* timings) {

@@ -1,6 +1,6 @@
 #include "meniscus/version.hpp"
 
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 

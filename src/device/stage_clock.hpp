@@ -9,7 +9,7 @@
 #include "base/elapsed.hpp"
 #include "device/device.hpp"
 #include "device/opencl_error.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 

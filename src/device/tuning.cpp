@@ -5,7 +5,7 @@
 
 #include "device/device.hpp"
 #include "device/program_cache.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 namespace {

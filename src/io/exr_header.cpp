@@ -9,7 +9,7 @@
 
 #include "io/seal.hpp"
 #include "meniscus/camera.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 namespace {

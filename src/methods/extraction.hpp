@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "stages/frame/project.hpp"
 #include "stages/frame/relax.hpp"
 #include "stages/frame/splash.hpp"

@@ -3,7 +3,7 @@
 #include "base/content_hash.hpp"
 #include "device/kernel_sources.hpp"
 #include "io/input_file.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 namespace {

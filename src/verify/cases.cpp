@@ -2,7 +2,7 @@
 
 #include <numeric>
 
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "prepare/gather.hpp"
 #include "stages/extras/whitewater.hpp"
 #include "stages/frame/project.hpp"

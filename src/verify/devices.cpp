@@ -19,7 +19,7 @@
 #include "base/elapsed.hpp"
 #include "base/grouped.hpp"
 #include "meniscus/error.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/child_process.hpp"
 #include "verify/child_plan.hpp"
 #include "verify/program.hpp"

@@ -10,7 +10,7 @@
 #include "device/installation.hpp"
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus::verify {
 namespace {

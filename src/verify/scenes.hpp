@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "meniscus/parameters.hpp"
 #include "meniscus/types.hpp"
 

@@ -10,7 +10,7 @@
 #include "meniscus/camera.hpp"
 #include "meniscus/closed.hpp"
 #include "meniscus/device.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "stages/vec.hpp"
 
 namespace meniscus {

@@ -10,7 +10,7 @@
 #include "accuracy/particles.hpp"
 #include "base/parallel.hpp"
 #include "meniscus/device.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "prepare/stream.hpp"
 #include "same_bits.hpp"
 #include "stages/view.hpp"

@@ -10,7 +10,7 @@
 
 #include "device/stage_clock.hpp"
 #include "meniscus/device.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "meniscus/named_parameters.hpp"
 #include "same_bits.hpp"
 #include "stages/vec.hpp"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "meniscus/device.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "own_source.hpp"
 #include "prepare/fill.hpp"
 #include "program/dam_break.hpp"

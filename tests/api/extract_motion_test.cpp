@@ -6,7 +6,7 @@
 #include <random>
 
 #include "meniscus/device.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "same_bits.hpp"
 #include "stages/vec.hpp"
 #include "texts.hpp"

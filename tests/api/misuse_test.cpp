@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "meniscus/device.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "thrown.hpp"
 
 namespace meniscus {

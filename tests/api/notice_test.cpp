@@ -7,7 +7,7 @@
 #include <string>
 
 #include "meniscus/error.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "meniscus/named_parameters.hpp"
 #include "program/wording.hpp"
 

@@ -91,8 +91,7 @@ std::vector<WayIn> ways_in() {
   const auto closed_in = [](std::size_t memory) {
     return [memory](Session& session, const Particles& particles, const Camera&,
                     const Parameters& parameters, const Session::Settings& settings) {
-      return session.extract_closed(*source_of(particles), {.cell = 4, .memory = memory},
-                                    parameters, settings);
+      return session.extract_closed(particles, {.cell = 4, .memory = memory}, parameters, settings);
     };
   };
   constexpr std::size_t kAll = std::size_t{1} << 30, kSome = std::size_t{1} << 26;

@@ -9,7 +9,7 @@
 #include "device/device.hpp"
 #include "frame/tune.hpp"
 #include "io/temporary_folder.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "verify/scenes.hpp"
 
 namespace meniscus {

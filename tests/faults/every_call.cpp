@@ -11,7 +11,7 @@
 #include "base/content_hash.hpp"
 #include "device/device.hpp"
 #include "faults/failing_call.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "stages/vec.hpp"
 
 namespace {

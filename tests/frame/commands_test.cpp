@@ -8,7 +8,7 @@
 #include "device/device.hpp"
 #include "frame/input.hpp"
 #include "frame/sub_buffers.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 namespace {

@@ -10,7 +10,7 @@
 #include "io/sample_surface.hpp"
 #include "io/temporary_folder.hpp"
 #include "meniscus/error.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 namespace {

@@ -8,7 +8,7 @@
 #include "device/device.hpp"
 #include "frame/input.hpp"
 #include "meniscus/closed.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 namespace {

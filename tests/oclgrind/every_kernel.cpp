@@ -13,7 +13,7 @@
 #include "device/kernel_sources.hpp"
 #include "device/probe.hpp"
 #include "meniscus/closed.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "meniscus/whitewater.hpp"
 #include "prepare/gather.hpp"
 #include "same_bits.hpp"

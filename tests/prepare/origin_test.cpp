@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "meniscus/device.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "stages/vec.hpp"
 #include "texts.hpp"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "base/team.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 
 namespace meniscus {
 

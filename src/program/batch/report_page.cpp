@@ -8,7 +8,7 @@
 #include "base/comma_separated.hpp"
 #include "base/printed.hpp"
 #include "meniscus/error.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/batch/contact_sheet.hpp"
 #include "program/batch/frames.hpp"
 #include "program/batch/report.hpp"

@@ -11,7 +11,7 @@
 
 #include "meniscus/closed.hpp"
 #include "meniscus/device.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/batch/camera_track.hpp"
 #include "program/batch/outputs.hpp"
 #include "program/batch/plan.hpp"

@@ -13,7 +13,7 @@
 #include "frame/process.hpp"
 #include "frame/report.hpp"
 #include "io/output_file.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/cli/commands.hpp"
 #include "program/cli/options.hpp"
 #include "program/cli/report.hpp"

@@ -15,7 +15,7 @@
 #include "kernels/page.hpp"
 #include "kernels/table.hpp"
 #include "meniscus/device.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/batch/outputs.hpp"
 #include "program/child_process.hpp"
 #include "program/cli/bench_command.hpp"

@@ -9,7 +9,7 @@
 #include "frame/tune.hpp"
 #include "meniscus/device.hpp"
 #include "meniscus/error.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/cli/commands.hpp"
 #include "program/cli/report.hpp"
 #include "program/cli/terminal.hpp"

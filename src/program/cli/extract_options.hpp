@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "meniscus/closed.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/batch/outputs.hpp"
 #include "program/batch/whitewater.hpp"
 

@@ -8,7 +8,7 @@
 
 #include "io/input_file.hpp"
 #include "io/output_file.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "meniscus/whitewater.hpp"
 #include "program/cli/commands.hpp"
 #include "program/cli/options.hpp"

@@ -18,7 +18,7 @@
 #include <malloc.h>
 #endif
 
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/cli/commands.hpp"
 #include "program/cli/extract_options.hpp"
 #include "program/cli/help_formatter.hpp"

@@ -7,7 +7,7 @@
 #include "base/team.hpp"
 #include "device/building.hpp"
 #include "device/device.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/cli/extract_options.hpp"
 #include "program/cli/progress.hpp"
 #include "program/cli/report.hpp"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "base/printed.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/cli/terminal.hpp"
 
 namespace meniscus::cli {

@@ -1,6 +1,5 @@
 // What a plug-in shows of itself: plain data in and out.
 #include <cmath>
-#include <meniscus/device.hpp>
 #include <meniscus/meniscus.hpp>
 
 int pixels_with_surface(const float* x, const float* y, const float* z, int count) {

@@ -4,7 +4,7 @@
 
 #include <regex>
 
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/page/tags.hpp"
 
 namespace meniscus {

@@ -1,7 +1,7 @@
 // meniscus generate, as a user runs it.
 #include <gmock/gmock.h>
 
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/cli/program.hpp"
 #include "program/dam_break.hpp"
 

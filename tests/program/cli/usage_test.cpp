@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "api/parameter_list.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "program/cli/program.hpp"
 
 namespace meniscus::test {

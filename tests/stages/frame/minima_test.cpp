@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "base/content_hash.hpp"
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "same_bits.hpp"
 #include "stages/stage_test_support.hpp"
 #include "verify/scenes.hpp"

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "meniscus/meniscus.hpp"
+#include "meniscus/extract.hpp"
 #include "stages/sheet/surface_by_hand.hpp"
 #include "stages/stage_test_support.hpp"
 
