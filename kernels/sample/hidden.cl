@@ -6,6 +6,10 @@
 // Hidden faces hold a point that lies within them by no more than this.
 #define WITHIN -0.05f  // particle radii
 
+// Those around a bend end nothing that lies outside of them by less than this, times how round they are
+// (FIT_ROUND): their values differ by as much from fit to fit.
+#define ROUND_LEEWAY 0.2f  // particle radii
+
 // Hidden fits that a point lies outside of end the surface if their mean weight is at least so much of
 // the mean of all hidden fits' near it.
 #define CREDIBLE 0.05f
@@ -161,7 +165,7 @@ INLINED void add_face(Hidden* sum, const Fits fits, const int fit, const Sample 
   sum->strong_outside = fma(outside, own, sum->strong_outside);
   // Of several faces one that the point lies outside of ends the surface, however far within the
   // others it lies. The next ones are no numbers where the depth is infinite; w is 0 there.
-  sum->f = fma(w, larger(face->f, (floatv)(WITHIN)), sum->f);
+  sum->f = fma(w, larger(face->f, (floatv)(WITHIN)) - ROUND_LEEWAY * g[FIT_ROUND], sum->f);
   sum->cx = fma(w, (floatv)(foot[0]), sum->cx);
   sum->cy = fma(w, (floatv)(foot[1]), sum->cy);
   sum->cz = fma(w, (floatv)(foot[2]), sum->cz);

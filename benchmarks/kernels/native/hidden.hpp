@@ -8,7 +8,8 @@
 namespace meniscus::bench::native {
 namespace {
 
-constexpr float kWithin = -0.05f, kSteep = 0.5f, kCredible = 0.05f, kLeastBend = 0.02f;
+constexpr float kWithin = -0.05f, kRoundLeeway = 0.2f, kSteep = 0.5f, kCredible = 0.05f,
+                kLeastBend = 0.02f;
 constexpr float kVouching = 1e-3f, kVouchingSure = 3e-4f, kMeeting = 0.1f;
 
 // A fit at a point, and its weight where the fluid ends.
@@ -129,7 +130,7 @@ struct Hidden {
   sum.outside += outside;
   sum.strong = fused(w, all(g[13]), sum.strong);
   sum.strong_outside = fused(outside, all(g[13]), sum.strong_outside);
-  sum.f = fused(w, larger(f, all(kWithin)), sum.f);
+  sum.f = fused(w, larger(f, all(kWithin)) - kRoundLeeway * g[15], sum.f);
   sum.cx = fused(w, all(foot[0]), sum.cx);
   sum.cy = fused(w, all(foot[1]), sum.cy);
   sum.cz = fused(w, all(foot[2]), sum.cz);

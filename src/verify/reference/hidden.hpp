@@ -91,7 +91,8 @@ inline void end_at_hidden(const FitsOnRay& ray, const Vec3d& middle, Blended* ou
     strong += w * own;
     if (f >= 0) outside += w;
     if (f >= 0) strong_outside += w * own;
-    level += w * std::max(f, -0.05);  // of several faces the one that it lies outside of
+    // Of several faces the one that it lies outside of; of round ones by more.
+    level += w * (std::max(f, -0.05) - 0.2 * 0.9 * ray.fits.roundness[k]);
     centre += w * ray.fits.foot[k];
     normal += w * g;
   }
