@@ -111,7 +111,7 @@ const Fault kFaults[] = {
     {"particle_fit", 37, "edges.cl", "(one - across);", "(one - 0.9f * across);"},
     {"blend", 23, "creases.cl", "smooth_step(0.95f, 0.98f, length)",
      "smooth_step(0.94f, 0.98f, length)"},
-    {"blend", 23, "hidden.cl", "#define ROUND_LEEWAY 0.2f", "#define ROUND_LEEWAY 0.25f"},
+    {"blend", 37, "hidden.cl", "#define ROUND_LEEWAY 0.2f", "#define ROUND_LEEWAY 0.25f"},
     {"blend", 23, "hidden.cl", "strong_outside * r->w > CREDIBLE",
      "strong_outside * r->w < CREDIBLE"},
     {"implicit", 600, "implicit.cl", "clamp(4.0f * (c - contour", "clamp(4.2f * (c - contour"},
