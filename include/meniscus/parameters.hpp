@@ -172,7 +172,8 @@ inline constexpr int kMostLayers = 8;
 struct Parameters {
   Method method = Method::fit;
   double particle_radius = 0;  // world units; 0: the file's, else estimated
-  bool strict = false;         // NaN and infinite coordinates and velocities are an error
+  bool strict = false;         // NaN and infinite coordinates and velocities are an error, and for
+                               // closed meshes particles that lie farther out than cells reach
   bool image = true;           // make the maps
   Aovs aovs;                   // which maps beside depth
   bool mesh = true;            // make the mesh

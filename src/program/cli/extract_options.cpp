@@ -133,8 +133,9 @@ void add_device_options(CLI::App& command, ExtractOptions& o) {
       command, o.device,
       " (default: the fastest kind found, see meniscus devices); for sequences also all");
   command.add_flag("--strict", o.parameters.strict,
-                   "NaN and infinite coordinates and velocities are an error instead of being "
-                   "dropped");
+                   std::string("NaN and infinite coordinates and velocities") +
+                       (o.closed ? ", and particles that lie farther out than cells reach," : "") +
+                       " are an error instead of being dropped");
 }
 
 void add_no_motion_option(CLI::App& command, ExtractOptions& o) {
