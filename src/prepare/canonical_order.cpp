@@ -127,12 +127,15 @@ Notice not_finite(std::int64_t bad, std::int64_t size, std::int64_t first) {
 
 void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
                     const Parameters& params, Notices& notices) {
-  if (bad == 0) return;
-  Notice notice = not_finite(bad, size, first);
-  const bool none_left = bad == size;
+  if (bad > 0) report_dropped(not_finite(bad, size, first), " and were dropped", params, notices);
+}
+
+void report_dropped(Notice notice, const char* dropped, const Parameters& params,
+                    Notices& notices) {
+  const bool none_left = notice.count == notice.of;
   notice.text += none_left       ? ", and none is left"
                  : params.strict ? "; leave " + setting("strict") + " away to drop them"
-                                 : " and were dropped";
+                                 : dropped;
   if (none_left || params.strict) throw InputError(notice);
   notices.add(std::move(notice));
 }

@@ -26,6 +26,10 @@ Notice not_finite(std::int64_t bad, std::int64_t size, std::int64_t first);
 void report_dropped(std::int64_t bad, std::int64_t size, std::int64_t first,
                     const Parameters& params, Notices& notices);
 
+/// Warns that notice.count of notice.of particles were dropped; its text says why, and `dropped`
+/// ends it. Throws InputError as above.
+void report_dropped(Notice notice, const char* dropped, const Parameters& params, Notices& notices);
+
 /// The warning that so many of `size` particles lie where another one does.
 Notice coinciding(std::size_t copies, std::size_t size);
 

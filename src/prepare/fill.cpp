@@ -87,8 +87,9 @@ RadiusClues clues_of(const BorrowedParticles& particles, const std::vector<std::
   return clues;
 }
 
-/// Puts particles in order, without those outside a box of eye space. `view` makes the view of a
-/// radius and an origin.
+/// Puts particles in order, without those that lie `farthest` particle radii or more from the
+/// origin. `view` makes the view of a radius and an origin; the one of make_world_view(), where
+/// `farthest` is finite.
 template <class MakeView>
 FilledFrame fill_whole(const Filling& filling, const BorrowedParticles& particles,
                        const MakeView& view, double farthest) {
@@ -116,11 +117,11 @@ FilledFrame fill_whole(const Filling& filling, const BorrowedParticles& particle
   }
   frame.view = view(frame.radius, origin);
   const SpaceBox near = SpaceBox::around_origin(farthest);
-  const std::size_t far = std::erase_if(order, [&](std::size_t i) {
-    return !near.holds(
-        eye_from_world(frame.view, {particles.x[i], particles.y[i], particles.z[i]}));
-  });
-  if (far > 0) {
+  if (reaches_beyond(frame.view, near, made.low, made.high)) {
+    const std::size_t far = std::erase_if(order, [&](std::size_t i) {
+      return !near.holds(
+          eye_from_world(frame.view, {particles.x[i], particles.y[i], particles.z[i]}));
+    });
     report_far(static_cast<std::int64_t>(far), static_cast<std::int64_t>(far + order.size()),
                farthest, filling.params, filling.notices);
     made = ordered();
@@ -193,20 +194,21 @@ FilledFrame fill_in_memory(const Filling& filling, const ParticleSource& source,
 void report_far(std::int64_t far, std::int64_t size, double farthest, const Parameters& params,
                 Notices& notices) {
   if (far == 0) return;
-  Notice notice{.code = Code::too_far,
-                .text = std::to_string(far) + " of " + std::to_string(size) +
-                        printed(" particles lie more than %.3g particle radii from the middle of "
-                                "the others, farther than a mesh reaches",
-                                farthest),
-                .count = far,
-                .of = size,
-                .wanted = farthest};
-  const bool none_left = far == size;
-  notice.text += none_left       ? ", and none is left"
-                 : params.strict ? "; leave " + setting("strict") + " away to drop them"
-                                 : ": they were dropped";
-  if (none_left || params.strict) throw InputError(notice);
-  notices.add(std::move(notice));
+  report_dropped({.code = Code::too_far,
+                  .text = std::to_string(far) + " of " + std::to_string(size) +
+                          printed(" particles lie more than %.3g particle radii from the middle of "
+                                  "the others, farther than a mesh reaches",
+                                  farthest),
+                  .count = far,
+                  .of = size,
+                  .wanted = farthest},
+                 ": they were dropped", params, notices);
+}
+
+bool reaches_beyond(const View& view, const SpaceBox& box, const std::array<float, 3>& low,
+                    const std::array<float, 3>& high) {
+  return !box.holds(eye_from_world(view, {low[0], low[1], low[2]})) ||
+         !box.holds(eye_from_world(view, {high[0], high[1], high[2]}));
 }
 
 WorldParticles particles_in_order(const BorrowedParticles& particles,

@@ -7,6 +7,7 @@
 // first one gets what matters.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -69,6 +70,11 @@ FilledFrame fill_everything(const Filling& filling, const ParticleSource& source
 ///   farthest  as of fill_everything()
 void report_far(std::int64_t far, std::int64_t size, double farthest, const Parameters& params,
                 Notices& notices);
+
+/// Whether any of the particles with these bounds, world units, lies outside a box of the eye space
+/// of a make_world_view(); or, of any view, outside one whose sides lie at infinity: none does.
+bool reaches_beyond(const View& view, const SpaceBox& box, const std::array<float, 3>& low,
+                    const std::array<float, 3>& high);
 
 /// Particles in an order, all of one radius (world units).
 WorldParticles particles_in_order(const BorrowedParticles& particles,

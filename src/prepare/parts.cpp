@@ -35,13 +35,6 @@ Vec3d place_of_particle(const View& view, const ParticleChunk& chunk, std::size_
   return eye_from_world(view, {chunk.x[i], chunk.y[i], chunk.z[i]});
 }
 
-// Whether one of these bounds, world units, lies outside a box of eye space.
-bool reaches_beyond(const View& view, const SpaceBox& box, const std::array<float, 3>& low,
-                    const std::array<float, 3>& high) {
-  return !box.holds(eye_from_world(view, {low[0], low[1], low[2]})) ||
-         !box.holds(eye_from_world(view, {high[0], high[1], high[2]}));
-}
-
 SpaceBox in_world(const View& view, SpaceBox box) {
   const std::array origin{view.origin.x, view.origin.y, view.origin.z};
   for (std::size_t axis = 0; axis < 3; ++axis) {
