@@ -198,8 +198,7 @@ int conclude(const BatchOutcome& outcome, std::size_t frames, int signal,
   const std::string go_on = "; the same command with --resume goes on";
   if (!outcome.broken.empty())
     throw OutputError(outcome.broken + "; " + std::to_string(outcome.done + outcome.skipped) +
-                      " of " + counted(frames, "frame") +
-                      (outcome.done + outcome.skipped == 1 ? " is done" : " are done") + go_on);
+                      " of " + std::to_string(frames) + " frames are done" + go_on);
   if (signal != 0) {
     print_line(stderr, printed("meniscus: error: stopped by signal %d with %zu of %s left%s",
                                signal, left, counted(frames, "frame").c_str(), go_on.c_str()));
